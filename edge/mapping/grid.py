@@ -1,0 +1,32 @@
+"""Where a grid map lies in the world."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class GridFrame:
+    """Grid ``[row = y, col = x]``; ``origin`` is the lower-left *corner* of cell [0, 0] in the map frame [m]."""
+
+    origin: tuple[float, float]
+    resolution: float  # m per cell
+    shape: tuple[int, int]  # rows, cols
+
+    def to_cell(self, xy):
+        """Points ``(..., 2)`` [m] to integer (row, col), each ``(...)``; they may lie outside the shape."""
+        xy = np.asarray(xy, float)
+        col = np.floor((xy[..., 0] - self.origin[0]) / self.resolution).astype(np.intp)
+        row = np.floor((xy[..., 1] - self.origin[1]) / self.resolution).astype(np.intp)
+        return row, col
+
+    def to_world(self, row, col):
+        """Centres ``(..., 2)`` [m] of the cells (row, col)."""
+        x = self.origin[0] + (np.asarray(col) + 0.5) * self.resolution
+        y = self.origin[1] + (np.asarray(row) + 0.5) * self.resolution
+        return np.stack([x, y], axis=-1)
+
+    def contains(self, row, col):
+        """Boolean mask of the cells (row, col) that lie inside the shape."""
+        row, col = np.asarray(row), np.asarray(col)
+        return (row >= 0) & (row < self.shape[0]) & (col >= 0) & (col < self.shape[1])
