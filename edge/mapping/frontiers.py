@@ -17,18 +17,25 @@ class Frontier:
 
 
 def frontiers(
-    grid: OccupancyGrid, position: np.ndarray, robot_radius: float = 0.18, min_area: float = 1.5
+    grid: OccupancyGrid,
+    position: np.ndarray,
+    robot_radius: float = 0.18,
+    min_area: float = 1.5,
+    explored: np.ndarray | None = None,
 ) -> list[Frontier]:
     """Frontiers that a robot at ``position`` (2,) or pose (3,) [m] can drive to, longest first.
 
     A frontier is a run of cells that the robot of ``robot_radius`` [m] can reach over known ground and that touch an
     unknown region of at least ``min_area`` [m²]; smaller ones are pockets not worth a trip ([U] Sec. IV). Its waypoint
     is the midpoint by arc length, as in VLFM. Stretches shorter than the robot is wide are dropped: it cannot pass.
+    Cells outside ``explored`` (H, W) bool count as unknown too, e.g. where the camera has not looked yet.
     """
-    reach = reachable(grid, position, robot_radius)
+    reach, unknown = reachable(grid, position, robot_radius), grid.unknown
+    if explored is not None:
+        reach, unknown = reach & explored, unknown | ~explored
     if not reach.any():
         return []
-    edge = cv2.dilate(_large_unknown(grid, min_area), np.ones((3, 3), np.uint8)).astype(bool)
+    edge = cv2.dilate(_large_unknown(unknown, grid.resolution, min_area), np.ones((3, 3), np.uint8)).astype(bool)
     candidates = reach & edge
     if not candidates.any():
         return []
@@ -67,11 +74,11 @@ def reachable(grid: OccupancyGrid, position: np.ndarray, robot_radius: float) ->
     return labels == labels[rows[nearest], cols[nearest]]
 
 
-def _large_unknown(grid: OccupancyGrid, min_area: float) -> np.ndarray:
+def _large_unknown(unknown: np.ndarray, resolution: float, min_area: float) -> np.ndarray:
     """Unknown cells in regions of at least ``min_area`` [m²], uint8 ``(H, W)``. Beyond the grid all is unknown."""
-    unknown = np.pad(grid.unknown.view(np.uint8), 1, constant_values=1)
+    unknown = np.pad(unknown.view(np.uint8), 1, constant_values=1)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(unknown, connectivity=4)
-    large = stats[:, cv2.CC_STAT_AREA] * grid.resolution**2 >= min_area
+    large = stats[:, cv2.CC_STAT_AREA] * resolution**2 >= min_area
     large[labels[0, 0]] = True
     large[0] = False
     return large[labels][1:-1, 1:-1].astype(np.uint8)
