@@ -87,9 +87,9 @@ def test_is_rarely_longer_than_the_grid_path():
         cells = np.argwhere(grid)
         start, goal = (tuple(cells[rng.integers(len(cells))]) for _ in range(2))
         if start != goal and networkx.has_path(graph, start, goal):
-                ends = frame_of(grid).to_world(*start), frame_of(grid).to_world(*goal)
-                path = plan(grid, frame_of(grid), *ends, config=every_cell)
-                ratios.append(length(path) / networkx.dijkstra_path_length(graph, start, goal))
+            ends = frame_of(grid).to_world(*start), frame_of(grid).to_world(*goal)
+            path = plan(grid, frame_of(grid), *ends, config=every_cell)
+            ratios.append(length(path) / networkx.dijkstra_path_length(graph, start, goal))
     assert np.mean(np.array(ratios) <= 1 + 1e-9) > 0.95
     assert np.mean(ratios) < 0.98
 
