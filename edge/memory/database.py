@@ -1,0 +1,85 @@
+"""The SQLite file of a home: its schema, and opening it safely."""
+
+import sqlite3
+from pathlib import Path
+
+SCHEMA = 1
+PER_NODE = 4  # most embeddings of one node; embedding.id = PER_NODE * node + region
+
+_TABLES = """
+CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE node(id INTEGER PRIMARY KEY, stamp REAL NOT NULL, x REAL NOT NULL, y REAL NOT NULL, theta REAL NOT NULL,
+    covariance BLOB NOT NULL, superseded_by INTEGER, keyframe BLOB);
+CREATE TABLE embedding(id INTEGER PRIMARY KEY, bearing REAL NOT NULL, scale REAL NOT NULL, vector BLOB NOT NULL);
+CREATE TABLE edge(id INTEGER PRIMARY KEY, i INTEGER NOT NULL, j INTEGER NOT NULL, dx REAL NOT NULL, dy REAL NOT NULL,
+    dtheta REAL NOT NULL, information BLOB NOT NULL, kind TEXT NOT NULL);
+CREATE TABLE map(id INTEGER PRIMARY KEY CHECK (id = 0), data BLOB NOT NULL);
+"""
+
+
+class StoreError(RuntimeError):
+    """A store that cannot be used as asked; the message says what to do, and the file was left as it is."""
+
+
+class EncoderMismatch(StoreError):
+    """The store holds vectors of another encoder, which no text of this one can be compared with."""
+
+
+def connect(path, encoder_name, encoder_digest, dim):
+    """Opens or makes the store at ``path`` (``":memory:"`` for one that is never written) for one encoder.
+
+    Returns an sqlite3 connection in autocommit mode, usable from one thread at a time.
+
+    Raises:
+        StoreError: not a store, damaged, of a newer schema, or not accessible. Nothing is written to such a file.
+        EncoderMismatch: made with another encoder.
+    """
+    wanted = {"schema": str(SCHEMA), "encoder": encoder_name, "digest": encoder_digest, "dim": str(dim)}
+    fresh = str(path) == ":memory:" or not Path(path).exists() or Path(path).stat().st_size == 0
+    try:
+        db = sqlite3.connect(str(path), isolation_level=None, check_same_thread=False, timeout=2.0)
+    except sqlite3.Error as error:
+        hint = "check that its folder exists and is writable"
+        raise StoreError(f"cannot open the store {path} ({error}); {hint}") from error
+    try:
+        if fresh:
+            # The page size of a file is fixed at its first write. A page holds seven 512-byte vectors.
+            db.executescript("PRAGMA page_size=4096; PRAGMA journal_mode=WAL; BEGIN;" + _TABLES)
+            db.executemany("INSERT INTO meta VALUES (?, ?)", wanted.items())
+            db.execute("COMMIT")
+        else:
+            _check(db, path, wanted)
+            db.execute("PRAGMA journal_mode=WAL")
+        # NORMAL: a power cut may lose the last commits, never the file. A small cache and a small log, because both
+        # count against the budget of 1.5 (RAM) and 2.5 (disk) bytes per embedding byte.
+        db.executescript("PRAGMA synchronous=NORMAL; PRAGMA cache_size=-256; PRAGMA wal_autocheckpoint=64;")
+    except sqlite3.Error as error:
+        db.close()
+        raise StoreError(
+            f"{path} is not a readable VLPG store ({error}); it was left as it is: "
+            "move it away to map anew, or restore a copy"
+        ) from error
+    except StoreError:
+        db.close()
+        raise
+    return db
+
+
+def _check(db, path, wanted):
+    # quick_check reads every page (milliseconds for a home), so damage shows here and not in the middle of a mission.
+    verdict = db.execute("PRAGMA quick_check(1)").fetchone()[0]
+    if verdict != "ok":
+        raise sqlite3.DatabaseError(verdict.splitlines()[-1])
+    meta = dict(db.execute("SELECT key, value FROM meta"))
+    if meta.get("schema") != wanted["schema"]:
+        raise StoreError(
+            f"{path} has schema {meta.get('schema')}, and this version reads {SCHEMA}; "
+            "open it with the version that made it"
+        )
+    if any(meta.get(key) != wanted[key] for key in ("encoder", "digest", "dim")):
+        raise EncoderMismatch(
+            f"{path} holds vectors of the encoder {meta.get('encoder')} "
+            f"({meta.get('digest', '')[:12]}, {meta.get('dim')}-d), "
+            f"and this is {wanted['encoder']} ({wanted['digest'][:12]}, {wanted['dim']}-d); "
+            f"run `vlpg reindex {path}`, or choose the store's encoder"
+        )

@@ -1,0 +1,68 @@
+"""Which candidate views become nodes of the graph, and which old nodes they replace."""
+
+from dataclasses import dataclass
+from math import radians
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from edge.pose import wrap
+
+
+@dataclass(frozen=True)
+class GateConfig:
+    """When a view is new, and when it contradicts an old one."""
+
+    policy: Literal["novel", "dense"] = "novel"  # [V] offers both; dense keeps every candidate
+    similarity: float = 0.90  # epsilon of [V] Eq. 1, cosine at and above which two views show the same
+    distance: float = 0.50  # m; a similar view from further away is a node all the same (Eq. 1 corrected)
+    angle: float = radians(30)  # rad; likewise for the heading; under half the 79 deg of the camera, so views overlap
+    same_distance: float = 0.20  # m within which two poses are one place: the map's drift and a few grid cells
+    same_angle: float = radians(8)  # rad; a tenth of the field of view, so that the regions still show the same things
+    disagreement: float = 0.60  # cosine under which the same place shows something else now
+
+    def __post_init__(self):
+        if self.policy not in ("novel", "dense"):
+            raise ValueError(f'gate policy is "{self.policy}"; it must be "novel" or "dense"')
+        if self.same_distance > self.distance or self.same_angle > self.angle:
+            raise ValueError("same_distance and same_angle must not exceed the gate's distance and angle")
+
+
+class Verdict(NamedTuple):
+    """What becomes of a candidate view."""
+
+    admit: bool
+    superseded: list[int]  # ids of the nodes that it replaces
+
+
+def judge(pose, poses, answers, cosines_with, config):
+    """Decides on a candidate view.
+
+    [V] Eq. 1 adds q* only if cos(q*, q) < epsilon for all q, which would refuse the same view seen from a second place.
+    Corrected: the candidate is refused only for a similar node that is also *near*, within ``distance`` and ``angle``.
+
+    Recent knowledge wins ([V]): a node at (nearly) the same pose that disagrees with the candidate is superseded, and
+    the candidate is then admitted in any case, since it tells something new. Disagreement is that of the least similar
+    region: a thing that appears in one third of the picture hardly moves the whole-picture cosine, and must not be
+    missed.
+
+    Args:
+        pose: (3,) where the candidate was seen.
+        poses: (N, 3) of all nodes.
+        answers: (N,) bool, False for superseded nodes.
+        cosines_with: node id -> cosines (R,) of the candidate's regions, the whole picture first, with the node's;
+            asked for near nodes only.
+        config: GateConfig.
+    """
+    near = np.flatnonzero(answers & (np.abs(poses[:, 0] - pose[0]) <= config.distance))
+    offsets = poses[near] - pose
+    distances, angles = np.hypot(offsets[:, 0], offsets[:, 1]), np.abs(wrap(offsets[:, 2]))
+    reach = (distances <= config.distance) & (angles <= config.angle)
+    known, superseded = False, []
+    for node, distance, angle in zip(near[reach], distances[reach], angles[reach]):
+        cosines = cosines_with(node)
+        if distance <= config.same_distance and angle <= config.same_angle and cosines.min() < config.disagreement:
+            superseded.append(int(node))
+        elif cosines[0] >= config.similarity:
+            known = True
+    return Verdict(config.policy == "dense" or bool(superseded) or not known, superseded)

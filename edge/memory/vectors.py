@@ -1,0 +1,145 @@
+"""int8 embeddings in one contiguous matrix, searched exactly.
+
+A home holds a few thousand vectors, and an exact int8 scan of 20 000 takes under a millisecond, so there is no index:
+nothing to build, to tune, or to keep in memory beside the vectors themselves.
+"""
+
+from typing import NamedTuple
+
+import numkong
+import numpy as np
+
+_FIRST_ROWS = 64
+_SLACK = 8  # the matrix grows by 1/8: enough to amortise the copies, little enough to stay under 1.5 x the embedding
+
+
+class Hits(NamedTuple):
+    """Answer of a search, best first; one hit per (node, region)."""
+
+    ids: np.ndarray  # (K,) int64 node ids; a node with several matching regions appears several times
+    scores: np.ndarray  # (K,) float32 dot products with the query direction
+    bearings: np.ndarray  # (K,) float32 bearing [rad] of the region from the robot's heading, left positive
+
+
+def quantize(vectors):
+    """Rows ``(N, D)`` to int8 ``(N, D)`` and float32 ``(N,)`` scales: ``int8 * scale`` is the row within scale / 2.
+
+    Symmetric, one scale a row: the largest magnitude of the row becomes 127.
+    """
+    vectors = np.atleast_2d(np.asarray(vectors, np.float32))
+    scales = np.abs(vectors).max(axis=1) / np.float32(127)
+    safe = np.where(scales > 0, scales, np.float32(1))
+    return np.rint(vectors / safe[:, None]).astype(np.int8), scales.astype(np.float32)
+
+
+def grown(array, rows):
+    """``array`` itself when it has ``rows`` rows, else resized in place with 1/8 to spare. Keep no views of it."""
+    if rows > len(array):
+        rows = max(_FIRST_ROWS, rows + rows // _SLACK)
+        array.resize((rows, *array.shape[1:]), refcheck=False)
+    return array
+
+
+class Vectors:
+    """Append-only rows of int8, each with its scale, the node it belongs to and its bearing."""
+
+    def __init__(self, dim):
+        """``dim``: components of a vector, at least 1."""
+        self.dim = dim
+        self._count = 0
+        self._dead = 0
+        self._matrix = np.empty((0, dim), np.int8)
+        self._scales = np.empty(0, np.float32)
+        self._owners = np.empty(0, np.int32)  # node id, or -1 once forgotten
+        self._bearings = np.empty(0, np.float32)
+
+    def __len__(self):
+        """Number of rows that answer a search."""
+        return self._count - self._dead
+
+    @property
+    def nbytes(self):
+        """Bytes held in RAM, spare capacity included."""
+        return self._matrix.nbytes + self._scales.nbytes + self._owners.nbytes + self._bearings.nbytes
+
+    def append(self, owners, matrix, scales, bearings):
+        """Adds quantised rows ``(M, D)``, the rows of each node together; ``owners`` is one id, or one for each row."""
+        start, stop = self._count, self._count + len(matrix)
+        self._matrix = grown(self._matrix, stop)
+        self._scales = grown(self._scales, stop)
+        self._owners = grown(self._owners, stop)
+        self._bearings = grown(self._bearings, stop)
+        self._matrix[start:stop] = matrix
+        self._scales[start:stop] = scales
+        self._owners[start:stop] = owners
+        self._bearings[start:stop] = bearings
+        self._count = stop
+
+    def forget(self, node):
+        """The rows of ``node`` answer no more. Their memory is taken back when an eighth of all rows is forgotten."""
+        rows = self._rows(node)
+        self._owners[rows] = -1
+        self._dead += rows.stop - rows.start
+        if self._dead > max(_FIRST_ROWS, self._count // _SLACK):
+            self._compact()
+
+    def search(self, direction, k):
+        """The ``k`` rows with the largest dot product with ``direction (D,)`` float: ``Hits``, best first.
+
+        The int8 scan proposes 2 k rows; these are scored again with the unquantised direction, so that the query's own
+        rounding moves neither the order nor the scores. An empty memory or ``k`` = 0 gives empty hits.
+        """
+        direction = np.asarray(direction, np.float32)
+        if direction.shape != (self.dim,):
+            raise ValueError(f"the query has shape {direction.shape}, and the store holds vectors of {self.dim}")
+        if not np.isfinite(direction).all():
+            raise ValueError("the query direction holds NaN or infinity; encode the text again")
+        k = min(k, len(self))
+        if k <= 0:
+            return Hits(np.empty(0, np.int64), np.empty(0, np.float32), np.empty(0, np.float32))
+        query, _ = quantize(direction)
+        owners = self._owners[: self._count]
+        dots = np.asarray(numkong.cdist(query, self._matrix[: self._count], "dot")).ravel()
+        coarse = dots * self._scales[: self._count]
+        coarse[owners < 0] = -np.inf
+        rows = _largest(coarse, min(2 * k, len(self)))
+        scores = (self._matrix[rows].astype(np.float32) @ direction) * self._scales[rows]
+        best = np.argsort(-scores, kind="stable")[:k]
+        rows = rows[best]
+        return Hits(owners[rows].astype(np.int64), scores[best], self._bearings[rows])
+
+    def cosines(self, node, vectors):
+        """Cosines ``(min(R, R'),)`` of the rows of ``vectors (R, D)`` with the R' regions of ``node``, rank by rank."""
+        rows = self._rows(node)
+        mine = self._matrix[rows].astype(np.float32)[: len(vectors)]
+        given = np.asarray(vectors, np.float32)[: len(mine)]
+        norms = np.linalg.norm(mine, axis=1) * np.linalg.norm(given, axis=1)
+        return np.einsum("rd,rd->r", mine, given) / np.maximum(norms, np.float32(1e-12))
+
+    def of(self, node):
+        """The regions of ``node``: vectors ``(R, D)`` float32 and bearings ``(R,)`` [rad]; no rows once forgotten."""
+        rows = self._rows(node)
+        return self._matrix[rows] * self._scales[rows, None], self._bearings[rows].copy()
+
+    def export(self):
+        """Rows that answer: owners ``(M,)`` int32, matrix ``(M, D)`` int8, scales ``(M,)``, bearings ``(M,)``."""
+        alive = self._owners[: self._count] >= 0
+        return tuple(a[: self._count][alive] for a in (self._owners, self._matrix, self._scales, self._bearings))
+
+    def _rows(self, node):
+        # Rows are appended node by node, so a node's rows are contiguous. Forgotten rows hold -1 and break the order,
+        # so this is a scan and not a bisection: 4 bytes a row, microseconds.
+        rows = np.flatnonzero(self._owners[: self._count] == node)
+        return slice(int(rows[0]), int(rows[-1]) + 1) if len(rows) else slice(0, 0)
+
+    def _compact(self):
+        alive = self._owners[: self._count] >= 0
+        kept = int(alive.sum())
+        for array in (self._matrix, self._scales, self._owners, self._bearings):
+            array[:kept] = array[: self._count][alive]
+        self._count, self._dead = kept, 0
+
+
+def _largest(values, k):
+    """Indices of the ``k`` largest of ``values``, in no order."""
+    return np.argpartition(values, len(values) - k)[len(values) - k :]

@@ -1,0 +1,64 @@
+from math import radians
+
+import numpy as np
+import pytest
+
+from edge.memory.gate import GateConfig, judge
+
+CONFIG = GateConfig("novel", 0.9, distance=0.5, angle=radians(30), same_distance=0.2, same_angle=radians(8),
+    disagreement=0.6)
+HERE = np.array([0.0, 0.0, 0.0])
+
+
+def verdict(offset, cosines, config=CONFIG, answers=True):
+    poses = np.array([offset], float)
+    return judge(HERE, poses, np.array([answers]), lambda node: np.atleast_1d(np.asarray(cosines, float)), config)
+
+
+def test_a_superseded_node_refuses_nothing():
+    assert verdict((0.1, 0, 0), 0.99, answers=False) == (True, [])
+
+
+def test_the_first_view_is_admitted():
+    assert judge(HERE, np.empty((0, 3)), np.empty(0, bool), None, CONFIG) == (True, [])
+
+
+@pytest.mark.parametrize(
+    "offset, cosine, admitted",
+    [
+        ((0.3, 0, 0), 0.95, False),  # same thing from nearby: Eq. 1 refuses
+        ((0.3, 0, 0), 0.85, True),  # something else from nearby
+        ((0.6, 0, 0), 0.99, True),  # the same thing from a second place: Eq. 1 as printed would refuse
+        ((0.3, 0, radians(31)), 0.99, True),
+        ((0.3, 0, 2 * np.pi), 0.99, False),  # angles wrap
+    ],
+)
+def test_equation_1_corrected(offset, cosine, admitted):
+    assert verdict(offset, cosine).admit == admitted
+
+
+def test_one_similar_near_node_is_enough_to_refuse():
+    poses = np.array([[0.3, 0, 0], [0.31, 0, 0]])
+    assert not judge(HERE, poses, np.ones(2, bool), lambda node: np.array([[0.5], [0.95]][node]), CONFIG).admit
+
+
+def test_a_changed_region_supersedes_although_the_whole_picture_agrees():
+    assert verdict((0.1, 0, 0), [0.97, 0.98, 0.4, 0.99]) == (True, [0])
+
+
+@pytest.mark.parametrize("offset", [(0.25, 0, 0), (0, 0, radians(9))])
+def test_another_place_cannot_be_contradicted(offset):
+    assert verdict(offset, [0.97, 0.1]) == (False, [])
+
+
+def test_dense_admits_everything_and_still_supersedes():
+    dense = GateConfig(policy="dense")
+    assert verdict((0, 0, 0), 1.0, dense) == (True, [])
+    assert verdict((0, 0, 0), 0.1, dense) == (True, [0])
+
+
+def test_bad_configurations_are_refused():
+    with pytest.raises(ValueError, match="dense"):
+        GateConfig(policy="sparse")
+    with pytest.raises(ValueError, match="same_distance"):
+        GateConfig(same_distance=1.0)
