@@ -1,0 +1,60 @@
+"""Where the camera, unlike the lidar, has looked from close enough to remember what stands there."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from edge.camera import CameraModel
+from edge.mapping.grid import GridFrame
+from edge.pose import transform
+
+
+@dataclass(frozen=True)
+class CoverageConfig:
+    """How close a look counts."""
+
+    range: float = 3.0  # m; a 0.4 m object then still spans 26 of 320 columns
+    columns: int = 40  # depth columns per frame; 2 degrees each
+
+
+class CameraCoverage:
+    """Cells that a camera view has covered, as a mask that follows the occupancy grid as it grows."""
+
+    _SHIFT = 4  # fractional bits of cv2's polygon corners: 1/16 of a cell
+
+    def __init__(self, config: CoverageConfig | None = None):
+        self.config = config or CoverageConfig()
+        self.frame: GridFrame | None = None
+        self.viewed = np.zeros((0, 0), np.uint8)
+
+    def integrate(self, pose, depth, camera: CameraModel, frame: GridFrame) -> None:
+        """Mark what one depth image ``(H, W)`` [m], taken from base ``pose (3,)``, has looked at."""
+        self._follow(frame)
+        reach = self._reach(depth)
+        u = np.linspace(0, depth.shape[1] - 1, self.config.columns)
+        tan = (camera.centre[0] - u) / camera.focal
+        # Reach is measured along the axis; cap the slant range, not the depth.
+        along = np.minimum(reach, self.config.range / np.hypot(1, tan))
+        corners = np.stack([camera.ahead + along, camera.left + along * tan], axis=-1)
+        fan = transform(pose, np.vstack([[[camera.ahead, camera.left]], corners]))
+        cells = (fan - self.frame.origin) / self.frame.resolution - 0.5
+        cv2.fillPoly(self.viewed, [np.round(cells * (1 << self._SHIFT)).astype(np.int32)], 1, shift=self._SHIFT)
+
+    def _reach(self, depth):
+        """Depth [m] of the farthest return in each of the columns: low furniture does not hide what rises behind it."""
+        width = depth.shape[1]
+        picked = depth[::4, np.linspace(0, width - 1, self.config.columns).round().astype(np.intp)]
+        farthest = np.nan_to_num(picked, nan=0.0).max(axis=0)
+        # Without any return everything in the column is beyond the sensor, so nothing is in the way.
+        return np.where(farthest > 0, farthest, np.inf)
+
+    def _follow(self, frame: GridFrame) -> None:
+        if frame == self.frame:
+            return
+        viewed = np.zeros(frame.shape, np.uint8)
+        if self.frame is not None:
+            row, col = frame.to_cell(self.frame.to_world(0, 0))
+            rows, cols = self.viewed.shape
+            viewed[row : row + rows, col : col + cols] = self.viewed
+        self.frame, self.viewed = frame, viewed

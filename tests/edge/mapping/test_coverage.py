@@ -1,0 +1,59 @@
+"""What counts as looked at: a fan in front of the camera, up to what blocks it and no farther than the range."""
+
+import numpy as np
+import pytest
+
+from edge.camera import CameraModel
+from edge.mapping.coverage import CameraCoverage
+from edge.mapping.grid import GridFrame
+
+CAMERA = CameraModel()
+FRAME = GridFrame((-5.0, -5.0), 0.05, (200, 200))
+
+
+def viewed(depth, pose=(0.0, 0.0, 0.0)):
+    coverage = CameraCoverage()
+    coverage.integrate(np.array(pose), np.full((240, 320), depth, np.float32), CAMERA, FRAME)
+    return lambda x, y: bool(coverage.viewed[FRAME.to_cell([x, y])])
+
+
+@pytest.mark.parametrize("depth", [0.0, np.nan, 5.0])
+def test_open_space_is_viewed_up_to_the_range_and_not_beyond(depth):
+    at = viewed(depth)
+    assert at(1.0, 0.0) and at(2.95, 0.0) and not at(3.3, 0.0)
+
+
+def test_a_wall_ends_the_view():
+    at = viewed(1.5)
+    assert at(1.5, 0.0) and not at(1.8, 0.0)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_view_is_as_wide_as_the_camera_sees(side):
+    at = viewed(5.0)
+    inside, outside = np.radians(37), np.radians(42)
+    assert at(0.1 + 2 * np.cos(inside), side * 2 * np.sin(inside))
+    assert not at(0.1 + 2 * np.cos(outside), side * 2 * np.sin(outside))
+
+
+def test_the_fan_turns_with_the_robot():
+    at = viewed(5.0, pose=(1.0, -1.0, np.pi / 2))
+    assert at(1.0, 1.5) and not at(3.0, -1.0)
+
+
+def test_low_furniture_does_not_hide_what_rises_behind_it():
+    depth = np.full((240, 320), 2.5, np.float32)
+    depth[140:] = 1.0
+    coverage = CameraCoverage()
+    coverage.integrate(np.zeros(3), depth, CAMERA, FRAME)
+    assert coverage.viewed[FRAME.to_cell([2.4, 0.0])]
+
+
+def test_what_was_viewed_stays_when_the_grid_grows():
+    coverage = CameraCoverage()
+    coverage.integrate(np.zeros(3), np.full((240, 320), 2.0, np.float32), CAMERA, FRAME)
+    before = int(coverage.viewed.sum())
+    larger = GridFrame((-8.2, -5.0), 0.05, (264, 264))
+    coverage.integrate(np.array([0.0, 0.0, np.pi]), np.full((240, 320), 2.0, np.float32), CAMERA, larger)
+    assert coverage.viewed[larger.to_cell([1.5, 0.0])] and coverage.viewed[larger.to_cell([-1.5, 0.0])]
+    assert abs(int(coverage.viewed.sum()) - 2 * before) < 0.1 * before
