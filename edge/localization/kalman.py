@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from edge.pose import between, compose, wrap
+from edge.pose import compose, wrap
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,3 @@ class PoseBelief:
         difference = measured - self.mean
         difference[2] = wrap(difference[2])
         return difference
-
-
-def map_to_odom(pose: np.ndarray, odom: np.ndarray) -> np.ndarray:
-    """The odom frame (3,) in the map, of a base that is at ``pose`` (3,) in the map and at ``odom`` (3,) in odom."""
-    return compose(pose, between(odom, np.zeros(3)))

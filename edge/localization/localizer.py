@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from edge.localization.global_search import candidates
-from edge.localization.kalman import PoseBelief, map_to_odom
+from edge.localization.kalman import PoseBelief
 from edge.localization.likelihood_field import LikelihoodField
 from edge.localization.scan_matching import Match, MatchConfig, match, refine, scan_points
 from edge.mapping.occupancy import OccupancyGrid
@@ -31,20 +31,21 @@ class LocalizerConfig:
 class Localizer:
     """Keeps the transform from map to odom: ``pose = compose(map_from_odom, odom)``.
 
-    ``start`` (3,) is the pose in the map at the first odometry, the map's origin unless the map is an old one.
+    ``map_from_odom`` (3,) is where odometry starts in the map: at its origin, unless the map is an old one.
     """
 
-    def __init__(self, start: np.ndarray | None = None, config: LocalizerConfig | None = None):
+    def __init__(self, map_from_odom: np.ndarray | None = None, config: LocalizerConfig | None = None):
         self.config = config or LocalizerConfig()
-        self._belief = PoseBelief(np.zeros(3) if start is None else np.array(start, float), np.diag([1e-6, 1e-6, 1e-6]))
-        self._odom: np.ndarray | None = None  # odometry that the belief belongs to
+        start = np.zeros(3) if map_from_odom is None else np.array(map_from_odom, float)
+        self._belief = PoseBelief(start, np.diag([1e-6, 1e-6, 1e-6]))
+        self._odom = np.zeros(3)  # odometry that the belief belongs to
         self._rejected = 0
         self.match: Match | None = None  # newest match, accepted or not
 
     @property
     def map_from_odom(self) -> np.ndarray:
         """The odom frame in the map, (3,)."""
-        return map_to_odom(self._belief.mean, np.zeros(3) if self._odom is None else self._odom)
+        return compose(self._belief.mean, between(self._odom, np.zeros(3)))
 
     @property
     def covariance(self) -> np.ndarray:
@@ -66,9 +67,6 @@ class Localizer:
         The scan is matched at its own odometry, so a turning or late scan does no harm. Map the scan with
         ``grid.integrate_scan(localizer.pose(scan.odom), scan)`` afterwards, unless ``lost``.
         """
-        odom = np.asarray(odom, float)
-        if self._odom is None:
-            self._odom = np.asarray(odom if scan is None else scan.odom, float)
         if scan is not None:
             motion = between(self._odom, scan.odom)
             if np.hypot(*motion[:2]) >= self.config.min_distance or abs(motion[2]) >= self.config.min_angle:
