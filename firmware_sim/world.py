@@ -1,0 +1,151 @@
+"""House, robot and sensors in lock-step: a command in, an observation out, deterministic from a seed."""
+
+from dataclasses import dataclass, field, replace
+from math import atan, tan
+
+import numpy as np
+
+from edge.camera import CameraModel
+from edge.observation import LaserScan, Observation, RgbdFrame, Twist
+from edge.pose import wrap
+from firmware_sim.base import Base, BaseConfig
+from firmware_sim.battery import Battery, BatteryConfig
+from firmware_sim.firmware import Firmware, FirmwareConfig
+from firmware_sim.house import House
+from firmware_sim.imu import Imu, ImuConfig, ImuSample
+from firmware_sim.lidar import Lidar, LidarConfig
+from firmware_sim.odometry import Odometry, OdometryConfig
+
+POWER_UP = 2.0  # s at rest before the clock starts
+
+
+@dataclass(frozen=True)
+class WorldConfig:
+    """What is simulated, and how often each sensor speaks."""
+
+    camera: bool = True  # render pictures; without, 50 times real time and more
+    noise: bool = True  # of every sensor, wheel and motor
+    scan_period: float = 0.1  # s
+    frame_period: float = 0.1  # s
+    camera_model: CameraModel = field(default_factory=CameraModel)
+    base: BaseConfig = field(default_factory=BaseConfig)
+    firmware: FirmwareConfig = field(default_factory=FirmwareConfig)
+    odometry: OdometryConfig = field(default_factory=OdometryConfig)
+    imu: ImuConfig = field(default_factory=ImuConfig)
+    lidar: LidarConfig = field(default_factory=LidarConfig)
+    battery: BatteryConfig = field(default_factory=BatteryConfig)
+
+
+class World:
+    """One robot in one house. ``truth``, ``picture`` and ``visible_fraction`` are for judges, not for missions."""
+
+    def __init__(self, house: House, seed: int = 0, config: WorldConfig | None = None, start=None):
+        """``start (3,)`` in the house frame; default: the house's dock. Raises nothing once the house is valid."""
+        self.house, self.config = house, config or WorldConfig()
+        config = self.config
+        # One stream a source of noise, so that switching one sensor off leaves the others as they were.
+        streams = [np.random.default_rng(source) for source in np.random.SeedSequence(seed).spawn(3)]
+        base_rng, imu_rng, lidar_rng = streams if config.noise else (None, None, None)
+        self.base = Base(house, house.start if start is None else start, config.base, base_rng)
+        chassis = (config.base.wheel_radius, config.base.wheel_separation, config.base.ticks_per_turn)
+        self.firmware = Firmware(config.firmware, *chassis, config.base.top_speed)
+        self.odometry = Odometry(config.odometry, *chassis, config.firmware.period)
+        self._imu = Imu(config.imu, config.firmware.period, imu_rng)
+        # The base has been on for a moment when the clock starts: at rest, the filter has learnt the gyro's bias.
+        for _ in range(round(POWER_UP / config.firmware.period)):
+            self.imu: ImuSample = self._imu.read(0.0, 0.0, (0.0, 0.0))
+            self.odometry.update((0, 0), self.imu.turn_rate)
+        self.battery = Battery(config.battery)
+        self.lidar = Lidar(house, config.lidar, lidar_rng)
+        self.picture = None
+        self._seed = seed
+        self._cameras = {}
+        self._judged = None  # view and instances of the last picture made for visible_fraction
+        self._tick = 0  # periods of the firmware so far
+        self._physics_steps = round(config.firmware.period / config.base.physics_step)
+        self._next_scan = self._next_frame = 0.0
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since the start."""
+        return self._tick * self.config.firmware.period
+
+    @property
+    def truth(self) -> np.ndarray:
+        """True base pose ``(3,)`` in the house frame."""
+        x, y, theta = self.base.pose
+        return np.array([x, y, wrap(theta)])
+
+    @property
+    def contacts(self) -> int:
+        """How often the robot has run into something."""
+        return self.base.contacts
+
+    def step(self, twist: Twist | None, dt: float = 0.1) -> Observation:
+        """Let ``dt`` seconds pass, a multiple of the firmware's period. None: no command arrives in this step.
+
+        Raises ValueError for a ``dt`` that is not such a multiple.
+        """
+        period = self.config.firmware.period
+        periods = round(dt / period)
+        if periods < 1 or abs(periods * period - dt) > 1e-9:
+            raise ValueError(f"dt is {dt} s; it must be a multiple of the firmware's {period} s")
+        if twist is not None:
+            self.firmware.command(twist, self.time)
+        bumper = False
+        for _ in range(periods):
+            duties = self.firmware.update(self.base.ticks, self.time)
+            heading = self.base.heading
+            self.base.advance(duties, self._physics_steps, self.battery.voltage_ratio)
+            self._tick += 1
+            turn_rate = (self.base.heading - heading) / period  # the gyro averages over its sampling period
+            self.imu = self._imu.read(self.time, turn_rate, self.base.acceleration)
+            self.odometry.update(self.base.ticks, self.imu.turn_rate)
+            self.battery.drain(self.base.effort, period)
+            bumper |= self.base.touching
+        odom = self.odometry.pose
+        return Observation(self.time, odom, self.odometry.twist, self._scan(odom), self._frame(odom), bumper)
+
+    def _scan(self, odom):
+        if self.time < self._next_scan - 1e-9:
+            return None
+        self._next_scan = self.time + self.config.scan_period
+        lidar = self.config.lidar
+        ranges = self.lidar.scan(self.base.pose)
+        return LaserScan(self.time, ranges, lidar.angle_min, lidar.angle_increment, lidar.range_max, odom)
+
+    def _frame(self, odom):
+        if not self.config.camera or self.time < self._next_frame - 1e-9:
+            return None
+        self._next_frame = self.time + self.config.frame_period
+        self.picture = self._camera("robot", self.config.camera_model, self.config.noise).render(self.truth)
+        return RgbdFrame(self.time, self.picture.rgb, self.picture.depth, odom)
+
+    def visible_fraction(self, object_id: str) -> float:
+        """Share of an object's whole silhouette that the robot's camera sees now, in [0, 1].
+
+        The whole silhouette is the object alone, seen from the same place through a window three times as wide and
+        high: what is cut off by the image's border or hidden behind something counts as not visible.
+        """
+        model = self.config.camera_model
+        wide = replace(
+            model, width=3 * model.width, height=3 * model.height, hfov=2 * atan(3 * tan(model.hfov / 2))
+        )
+        whole = np.count_nonzero(self._camera("wide", wide, False).silhouette(self.truth, object_id))
+        if whole == 0:
+            return 0.0
+        judge = self._camera("judge", model, False)
+        if self._judged is None or self._judged[0] != self._view_key():
+            self._judged = (self._view_key(), judge.render(self.truth).instances)
+        seen = np.count_nonzero(self._judged[1] == judge.object_ids.index(object_id))
+        return min(1.0, seen / whole)
+
+    def _view_key(self):
+        return (*self.truth.tolist(), self.house.revision)
+
+    def _camera(self, role, model, noise):
+        if role not in self._cameras:
+            from firmware_sim.camera import Camera  # late: worlds without a camera need no sprites
+
+            self._cameras[role] = Camera(self.house, model, self._seed, noise=noise)
+        return self._cameras[role]
