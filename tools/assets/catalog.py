@@ -47,13 +47,19 @@ class Library:
         except (zipfile.BadZipFile, KeyError):
             raise ValueError(f"{self.path} is not a Sweet Home 3D furniture library (.sh3f).") from None
         self._names = {name.lower(): name for name in self._zip.namelist()}
-        self.entries = _entries(self.path.stem, _properties(text))
+        values = _properties(text)
+        self.version = values.get("version", "?")
+        self.entries = _entries(self.path.stem, values)
 
     def __iter__(self) -> Iterator[Entry]:
         return iter(self.entries)
 
     def __len__(self) -> int:
         return len(self.entries)
+
+    def names(self) -> list[str]:
+        """All files in the library, in lower case."""
+        return list(self._names)
 
     def read(self, name: str) -> bytes:
         """Content of one file, its name compared without case. Raises KeyError when it is not there."""
