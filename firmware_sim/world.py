@@ -81,6 +81,11 @@ class World:
         """How often the robot has run into something."""
         return self.base.contacts
 
+    @property
+    def object_ids(self) -> list[str]:
+        """What the numbers in ``picture.instances`` mean."""
+        return self._camera("robot", self.config.camera_model, self.config.noise).object_ids
+
     def step(self, twist: Twist | None, dt: float = 0.1) -> Observation:
         """Let ``dt`` seconds pass, a multiple of the firmware's period. None: no command arrives in this step.
 
