@@ -119,8 +119,8 @@ class OccupancyGrid:
         hits = (pixels >= self.config.min_pixels).astype(np.uint8)
         misses = np.zeros(layer.shape, np.uint8)
         draw_rays(misses, self._cells(start, corner), self._cells(end, corner))
-        centre = np.rint((self._cells(pose[:2], corner) - 0.5) * 16).astype(int).tolist()
-        cv2.circle(misses, centre, round(self.config.body_radius / self.resolution * 16), 1, cv2.FILLED, cv2.LINE_8, 4)
+        row, col = self._index(pose[None, :2], corner)
+        cv2.circle(misses, (int(col[0]), int(row[0])), int(self.config.body_radius / self.resolution), 1, cv2.FILLED)
         log_odds.update(layer, hits, misses, self.config.depth)
         self._changed()
 
