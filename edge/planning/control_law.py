@@ -1,0 +1,158 @@
+"""Smooth control law towards a target pose, and its closed-loop roll-outs (Park, Kuipers 2011; Park, Johnson, Kuipers
+2012, "MPEPC"; used by [V] Sec. III-D).
+
+Egocentric coordinates of a target: distance r, θ = target heading − line of sight, δ = robot heading − line of sight.
+"""
+
+from dataclasses import dataclass
+from math import atan, atan2, cos, hypot, pi, sin, sqrt
+
+import numpy as np
+
+from edge.pose import wrap
+
+
+@dataclass(frozen=True)
+class ControlLawConfig:
+    """Gains of the law, limits of the base, and the clock of the roll-outs."""
+
+    k1: float = 1.2  # how early the approach bends to the target's heading (Vulcan)
+    k2: float = 3.0  # how fast the heading joins that bend (Vulcan)
+    beta: float = 0.4  # how much curvature slows the robot, with λ = 2 (Vulcan, nav2)
+    v_max: float = 0.6  # m/s, the base
+    omega_max: float = 1.5  # rad/s, the base
+    acceleration: float = 0.8  # m/s², comfortable for a robot 1 m tall
+    angular_acceleration: float = 4.0  # rad/s²
+    r_slow: float = 0.8  # m from the target, where the robot begins to slow down; 1.5-2 in the sources for v = 1.5 m/s
+    v_min: float = 0.08  # m/s, so that the approach ends; below the base hardly moves
+    turn_first: float = 0.7  # rad off the law's manifold from which the robot turns on the spot before it drives
+    turn_gain: float = 2.5  # 1/s, of turns on the spot
+    turn_rate: float = 1.2  # rad/s, of turns on the spot: below omega_max, pictures taken meanwhile stay sharp
+    r_align: float = 0.04  # m; nearer than this the law is singular (κ grows as 1/r) and only the heading is served
+    dt: float = 0.05  # s, step of the simulation
+    steps: int = 100  # 5 s of simulation
+    every: int = 4  # steps between evaluated states, 0.2 s
+
+
+@dataclass(frozen=True, slots=True)
+class RollOuts:
+    """States of N trajectories at S + 1 evaluated times, the first of them now; each ``(N, S + 1)``."""
+
+    x: np.ndarray  # m
+    y: np.ndarray  # m
+    heading: np.ndarray  # rad, not wrapped
+    v: np.ndarray  # m/s
+    omega: np.ndarray  # rad/s
+    command: np.ndarray  # (N, 2) v, omega at the end of the control step that is commanded now
+
+    def pick(self, i: int) -> "RollOuts":
+        """The i-th trajectory alone."""
+        return RollOuts(*(getattr(self, name)[i : i + 1] for name in self.__slots__))
+
+
+def egocentric(pose, target, config: ControlLawConfig):
+    """(r, θ, δ) of target poses ``(..., 3)`` seen from a robot ``pose (3,)``; angles wrapped.
+
+    Within ``r_align`` the line of sight means nothing; it is taken along the heading: θ = 0, δ = heading error.
+    """
+    target = np.asarray(target, float)
+    dx, dy = target[..., 0] - pose[0], target[..., 1] - pose[1]
+    r = np.hypot(dx, dy)
+    line = np.where(r < config.r_align, target[..., 2], np.arctan2(dy, dx))
+    return r, wrap(target[..., 2] - line), wrap(pose[2] - line)
+
+
+def target_pose(pose, r, theta, delta):
+    """Inverse of ``egocentric``: target poses ``(..., 3)``."""
+    line = pose[2] - np.asarray(delta, float)
+    return np.stack([pose[0] + r * np.cos(line), pose[1] + r * np.sin(line), wrap(line + theta)], axis=-1)
+
+
+def velocities(r, theta, delta, v_max, config: ControlLawConfig):
+    """Commanded (v, ω) of the law for arrays of one shape, as ``egocentric`` gives them.
+
+    κ = −[k₂(δ − atan(−k₁θ)) + (1 + k₁/(1 + (k₁θ)²)) sin δ] / r, v = v_max/(1 + βκ²) slowed towards the target, ω = κv.
+    Two cases are added to the paper's law, which would crawl along wide arcs and is singular at the target: far off
+    the manifold the robot turns on the spot first, and at the target it turns to the target's heading.
+    """
+    k_theta = config.k1 * theta
+    off = delta + np.arctan(k_theta)
+    kappa = (config.k2 * off + (1.0 + config.k1 / (1.0 + k_theta * k_theta)) * np.sin(delta)) / -r
+    ramp = np.minimum(v_max * r / config.r_slow, np.sqrt(2.0 * config.acceleration * r))
+    v = np.minimum(v_max / (1.0 + config.beta * kappa * kappa), np.maximum(ramp, np.minimum(config.v_min, v_max)))
+    v = np.minimum(v, config.omega_max / np.maximum(np.abs(kappa), 1e-9))
+    on_spot = (r < config.r_align) | (np.abs(off) > config.turn_first)
+    turn = np.maximum(np.minimum(-config.turn_gain * off, config.turn_rate), -config.turn_rate)
+    return v * ~on_spot, np.where(on_spot, turn, kappa * v)
+
+
+def roll_out(pose, twist, targets: np.ndarray, control_period: float, config: ControlLawConfig) -> RollOuts:
+    """Closed-loop trajectories from one ``pose (3,)`` and ``twist (2,)`` to ``targets (N, 4)``: x, y, heading, v_max.
+
+    The base follows the law as far as its accelerations allow. All N are simulated as one batch, in which a step takes
+    some sixty calls of numpy whatever N is.
+    """
+    tx, ty, th, v_max = np.asarray(targets, float).T
+    n, kept = len(tx), config.steps // config.every
+    states = np.empty((5, kept + 1, n))
+    states[:, 0] = np.array([*pose, *twist])[:, None]
+    x, y, heading, v, omega = states[:, 0].copy()
+    dt, dv, dw = config.dt, config.acceleration * config.dt, config.angular_acceleration * config.dt
+    commanded = max(1, round(control_period / dt))
+    turn = 2.0 * np.pi
+    for step in range(1, config.steps + 1):
+        dx, dy = tx - x, ty - y
+        r = np.maximum(np.hypot(dx, dy), 1e-6)
+        line = np.where(r < config.r_align, th, np.arctan2(dy, dx))
+        theta, delta = th - line, heading - line
+        theta -= turn * np.rint(theta / turn)  # `wrap` without its slow remainder
+        delta -= turn * np.rint(delta / turn)
+        want_v, want_omega = velocities(r, theta, delta, v_max, config)
+        v = np.minimum(np.maximum(want_v, v - dv), v + dv)
+        omega = np.minimum(np.maximum(want_omega, omega - dw), omega + dw)
+        middle = heading + 0.5 * dt * omega
+        x, y, heading = x + dt * v * np.cos(middle), y + dt * v * np.sin(middle), heading + dt * omega
+        if step == commanded:
+            command = np.stack([v, omega], axis=-1)
+        if step % config.every == 0:
+            states[:, step // config.every] = x, y, heading, v, omega
+    return RollOuts(*np.ascontiguousarray(states.transpose(0, 2, 1)), command)
+
+
+def roll_out_one(pose, twist, target, control_period: float, config: ControlLawConfig) -> RollOuts:
+    """``roll_out`` for a single ``target (4,)``, in plain floats: eight times faster than a batch of one, which is what
+    a sequential optimiser asks for."""
+    tx, ty, th, v_max = (float(value) for value in target)
+    x, y, heading, v, omega = (float(value) for value in (*pose, *twist))
+    k1, k2, beta, v_low = config.k1, config.k2, config.beta, min(config.v_min, v_max)
+    r_align, r_slow, turn_first, two_a = config.r_align, config.r_slow, config.turn_first, 2.0 * config.acceleration
+    gain, rate, omega_max = config.turn_gain, config.turn_rate, config.omega_max
+    dt, dv, dw = config.dt, config.acceleration * config.dt, config.angular_acceleration * config.dt
+    commanded = max(1, round(control_period / dt))
+    states, command = [(x, y, heading, v, omega)], None
+    for step in range(1, config.steps + 1):
+        dx, dy = tx - x, ty - y
+        r = max(hypot(dx, dy), 1e-6)
+        line = th if r < r_align else atan2(dy, dx)
+        theta = (th - line + pi) % (2 * pi) - pi
+        delta = (heading - line + pi) % (2 * pi) - pi
+        k_theta = k1 * theta
+        off = delta + atan(k_theta)
+        if r < r_align or abs(off) > turn_first:
+            want_v, want_omega = 0.0, max(-rate, min(rate, -gain * off))
+        else:
+            kappa = (k2 * off + (1.0 + k1 / (1.0 + k_theta * k_theta)) * sin(delta)) / -r
+            ramp = max(min(v_max * (r / r_slow), sqrt(two_a * r)), v_low)
+            want_v = min(v_max / (1.0 + beta * kappa * kappa), ramp)
+            if abs(kappa) * want_v > omega_max:
+                want_v = omega_max / abs(kappa)
+            want_omega = kappa * want_v
+        v = min(max(want_v, v - dv), v + dv)
+        omega = min(max(want_omega, omega - dw), omega + dw)
+        middle = heading + 0.5 * dt * omega
+        x, y, heading = x + dt * v * cos(middle), y + dt * v * sin(middle), heading + dt * omega
+        if step == commanded:
+            command = (v, omega)
+        if step % config.every == 0:
+            states.append((x, y, heading, v, omega))
+    return RollOuts(*np.array(states).T[:, None, :], np.array([command]))
