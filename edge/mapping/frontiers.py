@@ -35,8 +35,7 @@ def frontiers(
         reach, unknown = reach & explored, unknown | ~explored
     if not reach.any():
         return []
-    edge = cv2.dilate(_large_unknown(unknown, grid.resolution, min_area), np.ones((3, 3), np.uint8)).astype(bool)
-    candidates = reach & edge
+    candidates = reach & _beside_large(unknown, grid.resolution, min_area)
     if not candidates.any():
         return []
     found = []
@@ -74,14 +73,15 @@ def reachable(grid: OccupancyGrid, position: np.ndarray, robot_radius: float) ->
     return labels == labels[rows[nearest], cols[nearest]]
 
 
-def _large_unknown(unknown: np.ndarray, resolution: float, min_area: float) -> np.ndarray:
-    """Unknown cells in regions of at least ``min_area`` [m²], uint8 ``(H, W)``. Beyond the grid all is unknown."""
+def _beside_large(unknown: np.ndarray, resolution: float, min_area: float) -> np.ndarray:
+    """Cells in or beside unknown regions of at least ``min_area`` [m²], bool ``(H, W)``. Beyond the grid is unknown."""
     unknown = np.pad(unknown.view(np.uint8), 1, constant_values=1)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(unknown, connectivity=4)
     large = stats[:, cv2.CC_STAT_AREA] * resolution**2 >= min_area
     large[labels[0, 0]] = True
     large[0] = False
-    return large[labels][1:-1, 1:-1].astype(np.uint8)
+    near = cv2.dilate(large.view(np.uint8)[labels], np.ones((3, 3), np.uint8))
+    return near[1:-1, 1:-1].astype(bool)
 
 
 def _runs(mask: np.ndarray) -> list[np.ndarray]:

@@ -1,4 +1,4 @@
-"""Maps drawn by hand, and a lidar among straight walls whose every distance is known."""
+"""Maps drawn by hand, and a lidar and depth camera among walls and boxes whose every distance is known."""
 
 import numpy as np
 import pytest
@@ -39,6 +39,32 @@ def cast(pose, walls, beams=360, range_max=8.0):
 def rectangle(x0, y0, x1, y1):
     corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], float)
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+
+
+def look(pose, boxes, camera, floor=True):
+    """Exact depth image of boxes ``(M, 6)`` x0, y0, z0, x1, y1, z1 on a floor, by slab intersection; 0 = no return."""
+    v, u = np.mgrid[: camera.height, : camera.width]
+    body = camera.unproject(u, v, 1.0) - camera.unproject(u, v, 0.0)  # one metre along the axis
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    forward, left, up = np.moveaxis(body, -1, 0)
+    rays = np.stack([cos * forward - sin * left, sin * forward + cos * left, up], axis=-1)
+    x, y = pose[0] + cos * camera.ahead - sin * camera.left, pose[1] + sin * camera.ahead + cos * camera.left
+    eye = np.array([x, y, camera.mount_height])
+    depth = np.full(v.shape, np.inf)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if floor:
+            depth = np.where(rays[..., 2] < 0, -eye[2] / rays[..., 2], depth)
+        for box in np.asarray(boxes, float):
+            a, b = (box[:3] - eye) / rays, (box[3:] - eye) / rays
+            enter, leave = np.minimum(a, b).max(-1), np.maximum(a, b).min(-1)
+            depth = np.where((enter < leave) & (enter > 0), np.minimum(depth, enter), depth)
+    depth[(depth < camera.min_depth) | (depth > camera.max_depth)] = 0
+    return depth.astype(np.float32)
+
+
+@pytest.fixture(scope="session")
+def depth_of():
+    return look
 
 
 @pytest.fixture(scope="session")
