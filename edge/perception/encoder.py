@@ -1,0 +1,112 @@
+"""The vision-language encoder pair: pictures and prompts to unit vectors of one space, and where in the picture."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from edge.camera import CameraModel
+from edge.perception.preprocess import preprocess
+from edge.perception.session import open_session
+from edge.perception.text import TextTower
+from models.manifest import Manifest, ModelError, resolve
+
+
+@dataclass(frozen=True)
+class View:
+    """What one picture says.
+
+    ``vectors`` (R, D) float32 unit rows: the whole picture, then its regions from left to right;
+    ``bearings`` (R,) rad: mid-angle of each region from the optical axis, left positive;
+    ``features`` (C, h, w) float32: the last spatial feature map.
+    """
+
+    vectors: np.ndarray
+    bearings: np.ndarray
+    features: np.ndarray
+
+
+class Encoder:
+    """Runs the graphs of one manifest."""
+
+    def __init__(self, manifest: Manifest, text: bool = True, threads: int = 1):
+        self._manifest = manifest
+        self._image = open_session(manifest.folder / manifest.image.graph, threads)
+        self._text = TextTower(manifest, threads) if text else None
+        self._threads = threads
+        self._saliency = None
+
+    @classmethod
+    def load(cls, folder: str | Path | None = None, text: bool = True, threads: int = 1) -> "Encoder":
+        """The encoder in ``folder`` (a path or a name; None is the shipped one), verified against its sha256 sums.
+
+        ``text=False`` leaves out tokenizer and text tower (the host encodes prompts then).
+
+        Raises:
+            ModelError: the folder or one of its files is missing or damaged.
+        """
+        manifest = Manifest.load(resolve(folder) if folder is not None else resolve())
+        manifest.verify()
+        return cls(manifest, text, threads)
+
+    @property
+    def name(self) -> str:
+        return self._manifest.name
+
+    @property
+    def digest(self) -> str:
+        return self._manifest.digest
+
+    @property
+    def dim(self) -> int:
+        return self._manifest.dim
+
+    @property
+    def logit_scale(self) -> float:
+        """Scale of the two-prompt softmax ([V] Eq. 2)."""
+        return self._manifest.logit_scale
+
+    def relevance(self, cosine):
+        """Cosine(s) of a picture vector and a prompt to relevance in [0, 1], by the manifest's calibration."""
+        return self._manifest.relevance(cosine)
+
+    def encode_image(self, rgb: np.ndarray, hfov: float = CameraModel.hfov) -> View:
+        """One pass of the image tower over RGB ``(H, W, 3)`` uint8 from a camera with ``hfov`` [rad].
+
+        Raises:
+            ValueError: not a picture.
+        """
+        vectors, features = self._image.run(None, {"image": preprocess(rgb, self._manifest.image)})
+        middle = np.array([(a + b) / 2 for a, b in self._manifest.image.regions])
+        bearings = np.arctan((1 - 2 * middle) * np.tan(hfov / 2))
+        return View(_finite_unit(vectors), bearings, features[0])
+
+    def encode_text(self, texts: list[str]) -> np.ndarray:
+        """Prompts to ``(N, D)`` float32 unit rows.
+
+        Raises:
+            ModelError: this encoder was loaded without its text tower.
+        """
+        if self._text is None:
+            raise ModelError("This encoder was loaded without its text tower; load it with text=True or ask the host.")
+        return self._text.encode(texts)
+
+    def saliency(self, view: View, direction: np.ndarray) -> np.ndarray:
+        """Grad-CAM ``(h, w)`` float32 >= 0 of the dot product of the view's whole-picture vector and ``direction`` (D,).
+
+        Closed form, without autograd (Selvaraju et al. 2017, used as in [V] Sec. III-C): after average pooling the
+        gradient is the same in every cell, so the map is ``ReLU(F . J(m)^T d)`` with m the pooled feature and J the
+        Jacobian of the head there. The model's own saliency graph evaluates it, since J depends on the head.
+        """
+        if self._saliency is None:
+            self._saliency = open_session(self._manifest.folder / self._manifest.image.saliency, self._threads)
+        feeds = {"features": view.features[None], "direction": np.asarray(direction, np.float32)}
+        return np.nan_to_num(self._saliency.run(None, feeds)[0], posinf=0.0)
+
+
+def _finite_unit(vectors: np.ndarray) -> np.ndarray:
+    """Rows scaled to norm 1; a row that is not finite or is zero becomes the first axis, so that no search sees NaN."""
+    vectors = np.where(np.isfinite(vectors).all(1, keepdims=True), vectors, 0).astype(np.float32)
+    norms = np.linalg.norm(vectors, axis=1, keepdims=True)
+    fallback = np.eye(1, vectors.shape[1], dtype=np.float32)
+    return np.where(norms > 1e-6, vectors / np.maximum(norms, 1e-6), fallback)

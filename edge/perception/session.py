@@ -1,0 +1,21 @@
+"""ONNX Runtime as a small robot wants it: no telemetry, one thread, nothing spinning, weights mapped from disk."""
+
+import os
+from pathlib import Path
+
+# Read when the library loads; later switches do not stop its sockets and thread.
+os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
+
+import onnxruntime  # noqa: E402
+
+
+def open_session(path: Path, threads: int = 1) -> onnxruntime.InferenceSession:
+    """A CPU session of the graph at ``path``. Its external data stays mapped from the file, so it costs what is touched."""
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.inter_op_num_threads = 1
+    options.enable_cpu_mem_arena = False  # the arena keeps its peak for ever
+    options.log_severity_level = 3
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    options.add_session_config_entry("session.inter_op.allow_spinning", "0")
+    return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])

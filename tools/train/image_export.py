@@ -1,0 +1,115 @@
+"""The image tower as ONNX: float32 export, static int8 trunk, int8 head, and the saliency graph."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import onnx
+import torch
+from onnx import helper, numpy_helper
+from onnxruntime.quantization import (
+    CalibrationDataReader,
+    CalibrationMethod,
+    QuantFormat,
+    QuantType,
+    quantize_dynamic,
+    quantize_static,
+)
+from onnxruntime.quantization.shape_inference import quant_pre_process
+
+from tools.train.image_tower import CHANNELS, STRIDE, Head, ImageTower, Saliency
+
+
+def round_weights(head: Head) -> None:
+    """Put the head's matrices on an int8 grid (one scale an output row), in place.
+
+    Both graphs then hold the same numbers exactly, and the saliency graph can be held to autograd on them.
+    """
+    with torch.no_grad():
+        for matrix in (head.projection.weight, head.classifier.weight, head.concepts):
+            scale = _scales(matrix)
+            matrix.copy_(torch.round(matrix / scale) * scale)
+
+
+def export_float(tower: ImageTower, height: int, width: int, path: Path) -> None:
+    """``image`` (1, 3, H, W) to ``vectors`` (R, D) and ``features`` (1, C, h, w), opset 17."""
+    _export(tower, (torch.zeros(1, 3, height, width),), path, ["image"], ["vectors", "features"])
+
+
+def export_saliency(head: Head, height: int, width: int, path: Path) -> None:
+    """``features`` (1, C, h, w) and ``direction`` (D,) to ``map`` (h, w); the head's matrices as int8 with scales."""
+    features = torch.zeros(1, CHANNELS, height // STRIDE, width // STRIDE)
+    direction = torch.zeros(head.concepts.shape[1])
+    _export(Saliency(head), (features, direction), path, ["features", "direction"], ["map"])
+    model = onnx.load(path)
+    _store_int8(model.graph)
+    _save(model, path)
+
+
+def quantize(source: Path, target: Path, pictures: Iterator[np.ndarray]) -> None:
+    """Int8: convolutions static (QDQ, U8S8, per channel, min-max over ``pictures``), the head's matrices dynamic."""
+    ready, static = source.with_suffix(".ready.onnx"), source.with_suffix(".static.onnx")
+    quant_pre_process(source, ready)
+    quantize_static(
+        ready,
+        static,
+        _Pictures(pictures),
+        quant_format=QuantFormat.QDQ,
+        op_types_to_quantize=["Conv", "Clip", "Add"],
+        per_channel=True,
+        activation_type=QuantType.QUInt8,
+        weight_type=QuantType.QInt8,
+        calibrate_method=CalibrationMethod.MinMax,
+    )
+    quantize_dynamic(
+        static, target, op_types_to_quantize=["MatMul", "Gemm"], weight_type=QuantType.QInt8, per_channel=True
+    )
+    _save(onnx.load(target), target)
+
+
+class _Pictures(CalibrationDataReader):
+    def __init__(self, pictures: Iterator[np.ndarray]):
+        self._pictures = iter(pictures)
+
+    def get_next(self):
+        picture = next(self._pictures, None)
+        return None if picture is None else {"image": picture}
+
+
+def _export(module, arguments, path: Path, inputs: list[str], outputs: list[str]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    torch.onnx.export(
+        module.eval(), arguments, str(path), input_names=inputs, output_names=outputs, opset_version=17, dynamo=False
+    )
+
+
+def _scales(matrix: torch.Tensor) -> torch.Tensor:
+    return matrix.abs().amax(1, keepdim=True).clamp(min=1e-12) / 127
+
+
+def _store_int8(graph: onnx.GraphProto) -> None:
+    """Every matrix initializer becomes DequantizeLinear(int8, scale a row); its rows must be on the int8 grid."""
+    for tensor in [t for t in graph.initializer if len(t.dims) == 2 and min(t.dims) > 1]:
+        values = numpy_helper.to_array(tensor)
+        # The exporter may have stored a transposed copy; the grid is along the rows of the original.
+        axis = 0 if _on_grid(values, 1) else 1
+        scale = np.maximum(np.abs(values).max(1 - axis), 1e-12).astype(np.float32) / 127
+        shape = (-1, 1) if axis == 0 else (1, -1)
+        rounded = np.rint(values / scale.reshape(shape)).astype(np.int8)
+        name = tensor.name
+        graph.initializer.remove(tensor)
+        graph.initializer.append(numpy_helper.from_array(rounded, f"{name}_int8"))
+        graph.initializer.append(numpy_helper.from_array(scale, f"{name}_scale"))
+        node = helper.make_node("DequantizeLinear", [f"{name}_int8", f"{name}_scale"], [name], axis=axis)
+        graph.node.insert(0, node)
+
+
+def _on_grid(values: np.ndarray, axis: int) -> bool:
+    steps = values / (np.maximum(np.abs(values).max(axis, keepdims=True), 1e-12) / 127)
+    return bool(np.abs(steps - np.rint(steps)).max() < 1e-2)
+
+
+def _save(model: onnx.ModelProto, path: Path) -> None:
+    data = path.name + ".data"
+    path.with_name(data).unlink(missing_ok=True)
+    onnx.save(model, path, save_as_external_data=True, location=data, size_threshold=256)
