@@ -15,6 +15,7 @@ from firmware_sim.house import House
 from firmware_sim.imu import Imu, ImuConfig, ImuSample
 from firmware_sim.lidar import Lidar, LidarConfig
 from firmware_sim.odometry import Odometry, OdometryConfig
+from firmware_sim.placement import HouseError
 
 POWER_UP = 2.0  # s at rest before the clock starts
 
@@ -60,7 +61,7 @@ class World:
         self.picture = None
         self._seed = seed
         self._cameras = {}
-        self._judged = None  # view and instances of the last picture made for visible_fraction
+        self._judged = None  # view, instances and object ids of the last picture
         self._tick = 0  # periods of the firmware so far
         self._physics_steps = round(config.firmware.period / config.base.physics_step)
         self._next_scan = self._next_frame = 0.0
@@ -123,29 +124,35 @@ class World:
         if not self.config.camera or self.time < self._next_frame - 1e-9:
             return None
         self._next_frame = self.time + self.config.frame_period
-        self.picture = self._camera("robot", self.config.camera_model, self.config.noise).render(self.truth)
+        camera = self._camera("robot", self.config.camera_model, self.config.noise)
+        self.picture = camera.render(self.truth)
+        self._judged = (self._view(), self.picture.instances, camera.object_ids)
         return RgbdFrame(self.time, self.picture.rgb, self.picture.depth, odom)
 
     def visible_fraction(self, object_id: str) -> float:
         """Share of an object's whole silhouette that the robot's camera sees now, in [0, 1].
 
         The whole silhouette is the object alone, seen from the same place through a window three times as wide and
-        high: what is cut off by the image's border or hidden behind something counts as not visible.
+        high: what is cut off by the image's border or hidden behind something counts as not visible. Raises HouseError
+        for an object that is not in the house.
         """
+        if object_id not in self.house.objects:
+            raise HouseError(f"there is no object '{object_id}' in {self.house.name}")
         model = self.config.camera_model
-        wide = replace(
-            model, width=3 * model.width, height=3 * model.height, hfov=2 * atan(3 * tan(model.hfov / 2))
-        )
+        wide = replace(model, width=3 * model.width, height=3 * model.height, hfov=2 * atan(3 * tan(model.hfov / 2)))
         whole = np.count_nonzero(self._camera("wide", wide, False).silhouette(self.truth, object_id))
         if whole == 0:
             return 0.0
-        judge = self._camera("judge", model, False)
-        if self._judged is None or self._judged[0] != self._view_key():
-            self._judged = (self._view_key(), judge.render(self.truth).instances)
-        seen = np.count_nonzero(self._judged[1] == judge.object_ids.index(object_id))
-        return min(1.0, seen / whole)
+        if self._judged is None or self._judged[0] != self._view():
+            judge = self._camera("judge", model, False)
+            self._judged = (self._view(), judge.render(self.truth).instances, judge.object_ids)
+        _, instances, object_ids = self._judged
+        if object_id not in object_ids:
+            return 0.0
+        return min(1.0, np.count_nonzero(instances == object_ids.index(object_id)) / whole)
 
-    def _view_key(self):
+    def _view(self):
+        """What a picture depends on."""
         return (*self.truth.tolist(), self.house.revision)
 
     def _camera(self, role, model, noise):

@@ -3,6 +3,8 @@ import pytest
 
 from edge.observation import Twist
 from edge.pose import between, compose
+from firmware_sim.house import House
+from firmware_sim.placement import HouseError
 from firmware_sim.world import World, WorldConfig
 
 BLIND = WorldConfig(camera=False)
@@ -101,3 +103,40 @@ def test_battery_drains_and_imu_feels_the_turn(empty):
 def test_a_step_must_be_a_multiple_of_the_firmwares_period(empty):
     with pytest.raises(ValueError, match="multiple"):
         World(empty, 0, BLIND).step(None, dt=0.05 / 3)
+
+
+@pytest.fixture(scope="module")
+def cottage():
+    return House.load("cottage")
+
+
+def test_pictures_come_at_10_hz_with_the_scan(cottage):
+    world = World(cottage, 0)
+    seen = [world.step(None, dt=0.02) for _ in range(10)]
+    frames = [o.frame for o in seen if o.frame is not None]
+    assert [frame.stamp for frame in frames] == [o.scan.stamp for o in seen if o.scan is not None]
+    assert len(frames) == 2 and frames[0].rgb.shape == (240, 320, 3) and frames[0].depth.shape == (240, 320)
+
+
+def test_visible_fraction_counts_what_is_in_view_and_not_hidden(cottage):
+    # At the foot of the bed, looking over it; the piano is two rooms away behind walls.
+    for camera in (True, False):
+        world = World(cottage, 0, WorldConfig(camera=camera), start=(2.6, 5.2, 1.9))
+        world.step(None)
+        assert world.visible_fraction("teddy-bear-1") > 0.95
+        assert 0.02 < world.visible_fraction("bed2-1") < 0.6
+        assert world.visible_fraction("piano-aqueue-1") == 0.0
+    with pytest.raises(HouseError, match="no object 'ghost'"):
+        world.visible_fraction("ghost")
+
+
+def test_visible_fraction_falls_when_something_is_put_in_front():
+    house = House.load("cottage")
+    world = World(house, 0, start=(2.8, 1.9, 0.1))
+    world.step(None)
+    before = world.visible_fraction("decorative-plant-1"), world.visible_fraction("thonet-1")
+    house.add_object("occluder", "high-cabinet", 4.25, 2.0, -np.pi / 2)
+    after = world.visible_fraction("decorative-plant-1"), world.visible_fraction("thonet-1")
+    assert before[1] > 0.8 and after[1] == 0.0
+    assert after[0] == pytest.approx(before[0], abs=0.02)
+    assert world.visible_fraction("occluder") > 0.2
