@@ -97,7 +97,7 @@ def depth_to_message(stamp, depth):
 
 
 def depth_from_message(message):
-    """Depth ``(H, W)`` float32 [m], 0 = no return. Raises MessageError unless it is 16UC1 (mm) or 32FC1 (m)."""
+    """Depth ``(H, W)`` float32 [m], 0 = no return. Raises MessageError unless it is 16UC1 or 32FC1."""
     kinds = {"16UC1": ("u2", np.float32(0.001)), "32FC1": ("f4", np.float32(1.0))}
     if message.encoding not in kinds:
         raise MessageError(f"depth comes as {message.encoding!r}; set the driver to 16UC1 (mm) or 32FC1 (m)")
