@@ -61,10 +61,10 @@ class Camera:
     def render(self, pose) -> Picture:
         """The picture from base pose ``pose`` (3,) in the house frame."""
         x, y, heading = compose(pose, (self.model.ahead, self.model.left, 0.0))
-        rgb, depth, walls = self._surfaces.draw(x, y, heading)
+        rgb, depth = self._surfaces.draw(x, y, heading)
         instances = np.full(depth.shape, -1, np.int16)
-        for thing, centre, distance in self._in_view(x, y, heading):
-            self._compose(thing, centre, distance, heading, walls, rgb, depth, instances)
+        for thing, centre in self._in_view(x, y, heading):
+            self._compose(thing, centre, heading, rgb, depth, instances)
         if self.noise:
             rgb, depth = self._disturb(rgb, depth)
         depth[(depth < self.model.min_depth) | (depth > self.model.max_depth)] = 0
@@ -89,7 +89,7 @@ class Camera:
         return np.array([c * dx + s * dy, c * dy - s * dx, up])
 
     def _in_view(self, x: float, y: float, heading: float) -> list:
-        """Things that may be in the picture as (thing, centre, distance), nearest first."""
+        """Things that may be in the picture and their centres, nearest first."""
         spread = hypot(1.0, self._slopes.y[0])
         found = []
         for thing in self.house.objects.values():
@@ -97,8 +97,8 @@ class Camera:
             reach = hypot(thing.model.size[0], thing.model.size[1]) / 2
             ahead, aside = centre[0], abs(centre[1])
             if ahead > -reach and aside - self._slopes.y[0] * ahead < reach * spread:
-                found.append((thing, centre, hypot(ahead, aside)))
-        return sorted(found, key=lambda item: item[2])
+                found.append((thing, centre))
+        return sorted(found, key=lambda item: hypot(item[1][0], item[1][1]))
 
     def _bounds(self, thing, centre: np.ndarray, heading: float) -> tuple[slice, slice, float]:
         """Rows and columns that the thing's bounding box covers, and the least depth [m] of the box in front."""
@@ -132,15 +132,15 @@ class Camera:
         window = Window(self._slopes.y[columns], self._slopes.z[rows], self._slopes.focal)
         return cast(sprite, window, centre, thing.yaw - heading)
 
-    def _compose(self, thing, centre, distance, heading, walls, rgb, depth, instances) -> None:
+    def _compose(self, thing, centre, heading, rgb, depth, instances) -> None:
         """Draw one thing into the picture where it is nearer than what is there."""
         rows, columns, near = self._bounds(thing, centre, heading)
         if rows.stop <= rows.start or columns.stop <= columns.start:
             return
-        free = np.flatnonzero(walls[columns] > near)
-        if not free.size:
+        free = depth[rows, columns] > near
+        rows, columns = _trim(rows, free.any(1)), _trim(columns, free.any(0))
+        if rows.stop <= rows.start:
             return
-        columns = slice(columns.start + int(free[0]), columns.start + int(free[-1]) + 1)
         surface, rgba = self._cast(thing, centre, heading, rows, columns)
         behind = depth[rows, columns]
         alpha = rgba[..., 3]
@@ -166,7 +166,7 @@ class Camera:
         smooth /= smooth.std()
         mixed = fine * np.sqrt(1 - self.noise.bumps**2) + smooth * self.noise.bumps
         self._depth_noise = (mixed * self.noise.disparity).astype(np.float32)
-        self._depth_noise[self._rng.random(shape) < self.noise.dropout] = np.nan
+        self._depth_noise[self._rng.random(shape) < self.noise.dropout] = -np.inf
         grain = self._rng.normal(0, self.noise.colour, (*shape, 3)).round()
         self._brighter = np.clip(grain, 0, 255).astype(np.uint8)
         self._darker = np.clip(-grain, 0, 255).astype(np.uint8)
@@ -174,8 +174,12 @@ class Camera:
     def _disturb(self, rgb: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         j, i = self._rng.integers(0, MARGIN, 2)
         cut = np.s_[j : j + self.model.height, i : i + self.model.width]
-        sign = self._rng.choice((-1, 1))
-        depth += np.float32(sign) * self._depth_noise[cut] * depth * depth
-        np.nan_to_num(depth, copy=False)
+        depth += self._depth_noise[cut] * depth * depth
         rgb = cv2.subtract(cv2.add(rgb, self._brighter[cut]), self._darker[cut])
         return rgb, depth
+
+
+def _trim(window: slice, wanted: np.ndarray) -> slice:
+    """The part of ``window`` from the first to the last index that is ``wanted``; empty when there is none."""
+    found = np.flatnonzero(wanted)
+    return slice(window.start + int(found[0]), window.start + int(found[-1]) + 1) if found.size else slice(0, 0)

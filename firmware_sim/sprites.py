@@ -15,7 +15,9 @@ import numpy as np
 
 WANDER = 3.0  # px a ray may move across the sprite before the first guess is searched for
 MAX_LAYERS = 24  # of that search
-COARSE = 2  # only every second ray of every second row is searched
+COARSE = 2  # only every second ray of every second row is searched ...
+FINE = 4000  # px ... in windows larger than this
+NOTHING = 1e3  # m, relief where there is no surface
 SETTLED = 0.06  # m, further than this from the relief, a ray has met no surface
 GRAZING = 0.2  # smallest cosine between a ray and the sprite's view; beyond it the relief says nothing
 NEAREST = 0.05  # m, depth at which a surface is cut off
@@ -32,7 +34,7 @@ class Sprite:
     scale: float  # px per metre
     levels: tuple[np.ndarray, ...]  # (h, w, 4) uint8 RGBA premultiplied, then halved again and again
     relief: np.ndarray  # (h, w) float32 m behind the plane through the centre, continued outside the silhouette
-    solid_relief: np.ndarray  # (h, w) float32 the same, infinite outside the silhouette
+    solid_relief: np.ndarray  # (h, w) float32 the same, NOTHING outside the silhouette
     start: float  # m, its median
     span: tuple[float, float]  # m, its least and largest value
 
@@ -103,7 +105,7 @@ def _cut(sheet: SpriteSheet, row: int, column: int) -> Sprite:
     solid = metres[covered] if covered.any() else np.zeros(1, np.float32)
     yaw = 2 * pi * column / sheet.yaws - pi
     return Sprite(
-        yaw, sheet.pitches[row], sheet.scale, tuple(levels), metres, np.where(covered, metres, np.float32(np.inf)),
+        yaw, sheet.pitches[row], sheet.scale, tuple(levels), metres, np.where(covered, metres, np.float32(NOTHING)),
         float(np.median(solid)), (float(solid.min()), float(solid.max())),
     )  # fmt: skip
 
@@ -187,9 +189,10 @@ def _search(sprite: Sprite, rays: _Rays) -> tuple[np.ndarray, np.ndarray]:
         relief = surface(np.float32(sprite.start))
         return (surface(relief) if wander > 1 else relief), np.zeros(relief.shape, bool)
     layers = min(int(wander / WANDER) + 1, MAX_LAYERS)
-    coarse = _first_hit(sprite, rays.thinned(COARSE), layers)
     height, width = rays.across.shape
-    guess, hit, gap = (np.repeat(np.repeat(a, COARSE, 0), COARSE, 1)[:height, :width] for a in coarse)
+    thin = COARSE if height * width > FINE else 1
+    coarse = _first_hit(sprite, rays.thinned(thin), layers)
+    guess, hit, gap = (np.repeat(np.repeat(a, thin, 0), thin, 1)[:height, :width] for a in coarse)
     # A step of the fixed point, then one of the secant through both.
     reach = np.float32((far - near) / layers)
     miss = surface(guess) - guess
@@ -211,32 +214,25 @@ def _first_hit(sprite: Sprite, rays: _Rays, layers: int) -> tuple[np.ndarray, np
     the far surface.
     """
     near, far = sprite.span
-    pitch = np.float32((far - near) / layers)
-    shape = rays.across.shape
-    found = np.full(shape, sprite.start, np.float32)
-    gap, open_rays = np.zeros(shape, bool), np.ones(shape, bool)
-    ahead = None  # distance from the layer to the surface there; positive = not reached, infinite = there is none
-    for number in range(layers + 1):
-        relief = np.float32(near + number * pitch)
-        column, row = rays.at(relief)
-        last, ahead = ahead, cv2.remap(
-            sprite.solid_relief, column, row, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=(np.inf,)
-        )  # fmt: skip
-        ahead -= relief
-        behind = (ahead <= 0) & open_rays
-        close = behind & (ahead > -1.5 * pitch)
-        if last is None:
-            found[close] = (ahead + relief)[close]
-            open_rays &= ~close
-            continue
-        before = behind & (last > 0) & (last < np.inf)
-        crossed = before & close
-        share = last[crossed] / (last[crossed] - ahead[crossed])
-        found[crossed] = relief - pitch + share * pitch
-        hidden = before & ~close
-        found[hidden] = relief - pitch
-        gap |= hidden
-        entered = close & ~before
-        found[entered] = (ahead + relief)[entered]
-        open_rays &= ~(before | close)
-    return found, ~open_rays, gap
+    levels = np.linspace(near, far, layers + 1, dtype=np.float32)
+    step = levels[1] - levels[0]
+    height, width = rays.across.shape
+    places = (place.reshape(-1, width) for place in rays.at(levels[:, None, None]))  # of all layers at once
+    ahead = cv2.remap(
+        sprite.solid_relief, *places, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=(NOTHING,)
+    ).reshape(-1, height, width)
+    ahead -= levels[:, None, None]  # from the layer to the surface there; positive = not reached
+    passed = (ahead <= 0) & (ahead > -1.5 * step)
+    crossed = np.zeros_like(passed)
+    crossed[1:] = (ahead[1:] <= 0) & (ahead[:-1] > 0) & (ahead[:-1] < NOTHING / 2)
+    event = passed | crossed
+    first = event.argmax(0)[None]
+    hit, passed, crossed, here = (np.take_along_axis(a, first, 0)[0] for a in (event, passed, crossed, ahead))
+    before = np.take_along_axis(ahead, np.maximum(first - 1, 0), 0)[0]
+    level = levels[first[0]]
+    found = np.where(hit, level + here, np.float32(sprite.start))
+    share = before / np.maximum(before - here, 1e-6)
+    np.copyto(found, level - step + share * step, where=passed & crossed)
+    gap = crossed & ~passed
+    np.copyto(found, level - step, where=gap)
+    return found, hit, gap

@@ -60,11 +60,10 @@ class Surfaces:
         ceiling = np.array(CEILING) * np.clip(1.04 - 0.035 * self._level_depth, 0.8, 1)[:, None]
         self._ceiling = np.repeat(ceiling[: self._horizon, None].astype(np.uint8), model.width, axis=1)
 
-    def draw(self, x: float, y: float, heading: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def draw(self, x: float, y: float, heading: float) -> tuple[np.ndarray, np.ndarray]:
         """What a camera at (x, y) [m], ``heading`` [rad] sees of the shell.
 
-        Returns rgb (H, W, 3) uint8, depth (H, W) float32 m along the optical axis, and the depth of the walls alone in
-        each column (W,) float32 m.
+        Returns rgb (H, W, 3) uint8 and depth (H, W) float32 m along the optical axis.
         """
         walls, strip = self._cast(x, y, heading)
         depth = np.minimum(self._level_depth[:, None], walls[None, :])
@@ -77,7 +76,7 @@ class Surfaces:
         cv2.copyTo(self._ceiling, open_rows[:upper].view(np.uint8), rgb[:upper])
         floor = self._look_down(x, y, heading)
         cv2.copyTo(floor, open_rows[upper:].view(np.uint8), rgb[upper:])
-        return rgb, depth, walls
+        return rgb, depth
 
     def _cast(self, x: float, y: float, heading: float) -> tuple[np.ndarray, np.ndarray]:
         """Depth of the nearest wall in each column (W,), and the column of the wall texture seen there (W,)."""
@@ -105,7 +104,8 @@ class Surfaces:
         room = self._room(before)
         width = round(WALL_TILE / WALL_PIXEL)
         strip = (room * len(SHADES) + self._shade[segment]) * width
-        return walls.astype(np.float32), (strip + (place / WALL_PIXEL) % (width - 1)).astype(np.float32)
+        strip = strip + np.minimum(place / WALL_PIXEL % width, width - 1)
+        return walls.astype(np.float32), strip.astype(np.float32)
 
     def _room(self, points: np.ndarray) -> np.ndarray:
         """Number of the room at each point (N, 2); the number of rooms where there is none."""
@@ -173,7 +173,9 @@ def floor_pattern(kind: str, shape: tuple[int, int], rng: np.random.Generator) -
 def wall_pattern(colour, tiled: bool, height: float, rng: np.random.Generator) -> np.ndarray:
     """A strip of wall WALL_TILE long, (rows from the ceiling down, columns, 3) float: plaster, skirting, tiles."""
     shape = round(height / WALL_PIXEL), round(WALL_TILE / WALL_PIXEL)
-    light = 1 + rng.normal(0, 0.008, shape) + cv2.blur(rng.normal(0, 0.15, shape), (15, 15))
+    blotches = np.tile(rng.normal(0, 0.15, shape), 3)  # so that the strip joins itself without a seam
+    blotches = cv2.blur(blotches, (15, 15))[:, shape[1] : 2 * shape[1]]
+    light = 1 + rng.normal(0, 0.008, shape) + blotches
     light *= np.linspace(0.99, 0.93, shape[0])[:, None]
     strip = light[..., None] * np.array(colour, float)
     above_floor = (shape[0] - 0.5 - np.arange(shape[0])) * WALL_PIXEL

@@ -21,17 +21,34 @@ LICENCE = "CC0-1.0"
 PACK = Path(__file__).parents[2] / "firmware_sim" / "furniture_pack"
 NOT_FURNITURE = {"Vehicles", "Characters", "Staircases", "Doors and windows"}
 MAX_SIDE = 3.0  # m; larger things do not fit into a room
-NAMES = {  # where the catalog's name does not say what it is
+NAMES = {  # plain English where the catalog's name is not what one would ask for
     "ammo-box": "Wooden box",
+    "bootie": "Ankle boots",
     "box": "Plastic box",
     "caballito": "Rocking horse",
+    "cartoon-biplane": "Toy biplane",
+    "cupcake": "Cupcake",
+    "deer": "Deer figurine",
+    "fire-extinguisher": "Fire extinguisher",
+    "flacon": "Perfume bottle",
+    "house-puzzle": "Jigsaw puzzle",
+    "iphone": "Mobile phone",
+    "kitchenaid": "Stand mixer",
+    "knife-stand-swap": "Knife rack",
+    "lamp2": "Chandelier",
+    "locked-locker": "Locker",
+    "modern-vanity": "Bathroom vanity",
     "motorbike": "Spring rider",
+    "number-lock": "Keypad lock",
+    "relax-chair": "Chaise longue",
     "rigged-fan": "Fan",
     "silla2": "Bar stool",
     "stove": "Gas hob",
     "table-football": "Football table",
     "tetrapak": "Milk carton",
-    "fire-extinguisher": "Fire extinguisher",
+    "toilets-unit": "Toilet",
+    "umbrella": "Parasol",
+    "wood-toy": "Wooden toy",
 }
 CREDITS_HEAD = """# Credits of the furniture
 
@@ -64,7 +81,7 @@ def source(library: Library, entry: Entry) -> str:
 def make_model(path: Path, out: Path, entry: Entry) -> dict:
     """Render one model into ``out`` and describe it for catalog.json."""
     mesh = load_mesh(open_library(path), entry)
-    hangs = entry.elevation if entry.elevation and entry.elevation > 0 else None
+    hangs = round(entry.elevation, 4) if entry.elevation and entry.elevation > 0 else None
     sheet = draw_sheet(mesh, hangs)
     (out / f"{entry.id}.webp").write_bytes(sheet.colour)
     (out / f"{entry.id}.relief.webp").write_bytes(sheet.relief)

@@ -166,8 +166,7 @@ def _draw(x, y, z, shade, uv, material, colours, opacity, texels, table, width, 
                         image[j, i, 3] = cover + image[j, i, 3] * (1 - cover)
     for j in range(height):
         for i in range(width):
-            if depth[j, i] == np.inf:  # nothing solid behind the pane: the pane is what is there
-                depth[j, i] = pane[j, i]
+            depth[j, i] = min(depth[j, i], pane[j, i])  # a pane is drawn so opaque that it is what one sees
     return image, depth
 
 

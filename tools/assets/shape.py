@@ -11,6 +11,8 @@ LIDAR_HEIGHT = 0.25  # m
 MAX_SEGMENTS = 48  # of an outline; a lidar beam is tested against each of them
 TOLERANCE = 0.01  # m, simplification of footprints and outlines
 MIN_TOP_AREA = 0.04  # m2, a plate
+MIN_TOP_SIDE = 0.15  # m, of the model; nothing stands on a rail
+MIN_TOP = 0.03  # m; lower is the floor of a box or the plate of a hob
 MIN_TOP_SHARE = 0.35  # of the bounding box; less is an edge or a rail, not a surface
 
 
@@ -62,15 +64,15 @@ def top(mesh: Mesh, stated: float | None) -> float | None:
     ``stated`` is the catalog's (None = not stated, negative = nothing can stand on it). It counts only where the model,
     seen from above, has enough level area at that height; else the most common height does, under the same condition.
     """
-    if stated is not None and stated < 0:
-        return None
     width, depth, height = mesh.size
+    if (stated is not None and stated < 0) or min(width, depth) < MIN_TOP_SIDE:
+        return None
     view = render(mesh, -np.pi / 2, np.pi / 2, 96)
     heights = height / 2 - view.depth[np.isfinite(view.depth)]
     count, edges = np.histogram(heights, np.arange(-0.005, height + 0.02, 0.01))
     common = float(edges[count.argmax()] + 0.005)
     for level in (stated, height, common):
-        if level is None:
+        if level is None or level < MIN_TOP:
             continue
         at = heights[np.abs(heights - level) < 0.02]
         area = len(at) / view.scale**2
