@@ -22,7 +22,7 @@ class LocalizerConfig:
     min_angle: float = np.radians(3.0)  # rad, three beams
     slip: float = 0.02  # m per m, standard deviation of odometry along and across: carpet, tiles
     slip_angle: float = 0.02  # rad per rad turned
-    drift_angle: float = 0.01  # rad per m driven
+    drift_angle: float = 0.02  # rad per m driven
     min_score: float = 0.60  # share of returns that must fit; people and moved chairs may cost 40 %
     gate: float = 16.27  # squared Mahalanobis distance; chi-square with 3 dof exceeds it once in 1 000
     lost_after: int = 20  # rejected matches in a row, about 1 m of driving, before the localizer calls itself lost

@@ -2,18 +2,16 @@
 
 from types import SimpleNamespace
 
-import cv2
 import numpy as np
 import pytest
 
-from edge.mapping.grid import GridFrame
 from edge.mapping.occupancy import OccupancyGrid
 from edge.observation import LaserScan, Twist
 from edge.planning.theta_star import plan
 from edge.pose import wrap
+from firmware_sim.free_space import FreeSpace
 from firmware_sim.house import House
 from firmware_sim.lidar import Lidar, LidarConfig
-from firmware_sim.placement import is_obstacle
 
 
 def box(name, width, depth, height):
@@ -73,31 +71,15 @@ def boxes_home():
 class Tour:
     """Visits the middle of every room and comes back, following paths over the true plan with the true pose."""
 
-    def __init__(self, house, radius=0.24, resolution=0.05):
-        low, high = house.bounds
-        size = np.ceil((high - low) / resolution).astype(int) + 8
-        self.frame = GridFrame(tuple(low - 4 * resolution), resolution, (int(size[1]), int(size[0])))
-        blocked = np.zeros(self.frame.shape, np.uint8)
-        outlines = [thing.footprint for thing in house.objects.values() if is_obstacle(thing)]
-        for outline in outlines:
-            cv2.fillPoly(blocked, [self._pixels(outline)], 1)
-        for face in house.wall_segments():
-            cv2.line(blocked, *self._pixels(face).tolist(), 1)
-        clearance = cv2.distanceTransform(1 - blocked, cv2.DIST_L2, 5) * resolution
-        self.blocked, self.open = blocked > 0, clearance >= radius
-        # Only what the robot can get to: the inside of walls and beds is open too.
-        _, labels = cv2.connectedComponents(self.open.astype(np.uint8), connectivity=4)
-        row, col = self.frame.to_cell(house.start[:2])
-        self.open &= labels == labels[row, col]
+    def __init__(self, house, radius=0.24):
+        space = FreeSpace(house)
+        self.frame, self.open = space.frame, space.reachable(radius)
         rows, cols = np.nonzero(self.open)
         places = self.frame.to_world(rows, cols)
         middles = [np.mean(room.polygon, axis=0) for room in house.rooms]
         self.goals = [places[np.hypot(*(places - middle).T).argmin()] for middle in middles]
         self.goals.append(np.array(house.start[:2], float))
         self.path = np.zeros((0, 2))
-
-    def _pixels(self, points):
-        return np.rint((np.asarray(points) - self.frame.origin) / self.frame.resolution - 0.5).astype(np.int32)
 
     def command(self, truth):
         """The twist that leads on from the true pose (3,), or None when the tour is over."""

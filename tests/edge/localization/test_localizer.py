@@ -35,7 +35,7 @@ def test_corrects_odometry_that_drifts(boxes_map, scan):
     localizer = Localizer(truth[0])
     odom = np.zeros(3)
     for last, now in zip(truth, truth[1:]):
-        step = between(last, now) * [1.05, 1.0, 1.03] + [0.0, 0.0, 0.002]
+        step = between(last, now) * [1.05, 1.0, 1.03] + [0.0, 0.0, 0.001]
         odom = compose(odom, step)
         pose = localizer.update(odom, scan(lidar, now, odom), grid)
         assert near(pose, now)
