@@ -105,8 +105,8 @@ def roll_out(pose, twist, targets: np.ndarray, control_period: float, config: Co
         r = np.maximum(np.hypot(dx, dy), 1e-6)
         line = np.where(r < config.r_align, th, np.arctan2(dy, dx))
         theta, delta = th - line, heading - line
-        theta -= turn * np.rint(theta / turn)  # `wrap` without its slow remainder
-        delta -= turn * np.rint(delta / turn)
+        theta -= turn * np.floor(theta / turn + 0.5)  # `wrap` without its slow remainder
+        delta -= turn * np.floor(delta / turn + 0.5)
         want_v, want_omega = velocities(r, theta, delta, v_max, config)
         v = np.minimum(np.maximum(want_v, v - dv), v + dv)
         omega = np.minimum(np.maximum(want_omega, omega - dw), omega + dw)
