@@ -4,7 +4,7 @@ Room polygons follow the centre lines of the walls around them, so rooms tile th
 room or on the line between two.
 """
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 import numpy as np
@@ -22,7 +22,7 @@ class Room(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     name: str
     category: str  # the furniture library's: Kitchen, Bedroom, Bathroom, "Living room", Office, ...
-    polygon: list[Point]  # m
+    polygon: Annotated[list[Point], msgspec.Meta(min_length=3)]  # m
     floor: Literal["wood", "tiles", "carpet", "stone"] = "wood"
     wall_color: tuple[int, int, int] = (225, 220, 210)  # RGB
 

@@ -1,6 +1,5 @@
 """Furnished homes without end: every seed is another one, and always the same."""
 
-from functools import lru_cache
 from math import pi
 
 import numpy as np
@@ -9,7 +8,7 @@ from firmware_sim.blueprint import BlueprintConfig, draw
 from firmware_sim.floor_plan import FloorPlan
 from firmware_sim.free_space import FreeSpace
 from firmware_sim.furnish import PASSAGE, Furnisher
-from firmware_sim.house import House, HouseFile
+from firmware_sim.house import House, HouseFile, pack
 
 DOCK_CLEARANCE = 0.35  # m from the dock to the nearest wall
 
@@ -20,7 +19,7 @@ def generate(seed: int, furniture=None) -> House:
     Deterministic, free of collisions, and a robot of 0.18 m radius reaches every room. ``furniture`` maps model ids to
     models; default: the pack. Seeds below 1000 are for evaluation; train on others.
     """
-    furniture = _pack() if furniture is None else furniture
+    furniture = pack() if furniture is None else furniture
     rng = np.random.default_rng(seed)
     while True:
         rooms, walls, doors = draw(rng, BlueprintConfig())
@@ -46,10 +45,3 @@ def _dock(rng, room, plan) -> tuple[float, float, float]:
     if side == 2:
         return round(float(low[0]), 2), round(float(y), 2), 0.0
     return round(float(high[0]), 2), round(float(y), 2), pi
-
-
-@lru_cache(maxsize=1)
-def _pack():
-    from firmware_sim.furniture import Furniture
-
-    return Furniture.load()

@@ -5,8 +5,9 @@ yaw 0 puts its back against a northern wall, pi against a southern, -pi/2 agains
 """
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import numpy as np
@@ -21,16 +22,18 @@ if TYPE_CHECKING:
     from firmware_sim.furniture import FurnitureModel
 
 HOMES = Path(__file__).parent / "homes"
+FARTHEST = 1000.0  # m (and rad) from the origin; more is a slip of the pen
+Id = Annotated[str, msgspec.Meta(pattern=r"^\S+\Z")]
 
 
 class ObjectEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """An object as the file states it; ``on`` takes the height from the thing below, ``elevation`` states it."""
 
-    id: str
-    model: str
+    id: Id
+    model: Id
     position: Point  # m
     yaw: float = 0.0  # rad
-    on: str | None = None
+    on: Id | None = None
     elevation: float | None = None  # m
 
 
@@ -43,7 +46,7 @@ class HouseFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     doors: list[Door]
     objects: list[ObjectEntry]
     start: tuple[float, float, float]  # x, y [m], theta [rad]: the dock
-    wall_height: float = 2.5  # m
+    wall_height: Annotated[float, msgspec.Meta(gt=0)] = 2.5  # m
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +80,7 @@ class House:
 
     def __init__(self, file: HouseFile, furniture: "Mapping[str, FurnitureModel]"):
         """Checks everything; raises HouseError with one sentence that names the fault."""
+        _check_finite(file)
         self.name, self.wall_height = file.name, file.wall_height
         try:
             self.plan = FloorPlan(file.rooms, file.walls, file.doors)
@@ -255,9 +259,32 @@ def _supporters_first(entries: dict[str, ObjectEntry]) -> list[ObjectEntry]:
     return list(order.values())
 
 
-def _or_pack(furniture):
-    if furniture is None:
-        from firmware_sim.furniture import Furniture  # late: reading the pack takes time that a caller's own dict saves
+def _check_finite(file: HouseFile) -> None:
+    """Raises HouseError for numbers that no house has: JSON can hold 1e300, and dicts can hold NaN."""
+    for kind in ("rooms", "walls", "doors", "objects"):
+        for index, entry in enumerate(getattr(file, kind)):
+            if not _are_sane(msgspec.to_builtins(entry)):
+                raise HouseError(f"{kind}[{index}] has a coordinate beyond {FARTHEST:.0f} m")
+    if not _are_sane([file.wall_height, list(file.start)]):
+        raise HouseError(f"the start or the wall height is beyond {FARTHEST:.0f} m")
 
-        return Furniture.load()
-    return furniture
+
+def _are_sane(value) -> bool:
+    """Whether all numbers in nested dicts and sequences are within +-FARTHEST; NaN is not."""
+    if isinstance(value, dict):
+        return all(map(_are_sane, value.values()))
+    if isinstance(value, list | tuple):
+        return all(map(_are_sane, value))
+    return not isinstance(value, float) or abs(value) <= FARTHEST
+
+
+def _or_pack(furniture):
+    return pack() if furniture is None else furniture
+
+
+@lru_cache(maxsize=1)
+def pack() -> "Mapping[str, FurnitureModel]":
+    """The furniture that comes along, read once."""
+    from firmware_sim.furniture import Furniture  # late: who brings furniture of his own does without the sprites' code
+
+    return Furniture.load()

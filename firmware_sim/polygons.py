@@ -16,7 +16,7 @@ def band(a, b, width, extend_a=0.0, extend_b=0.0):
     """
     a, b = np.asarray(a, float), np.asarray(b, float)
     length = np.hypot(*(b - a))
-    if length < 1e-6:
+    if not length >= 1e-6:
         raise ValueError(f"a wall or door from {a.tolist()} to {b.tolist()} has no length")
     along = (b - a) / length
     across = np.array([-along[1], along[0]]) * width / 2

@@ -1,7 +1,10 @@
+import copy
 import json
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from firmware_sim.house import House
 from firmware_sim.placement import HouseError
@@ -95,6 +98,33 @@ def test_start_in_a_wall_or_outside_is_refused(plan, boxes):
         House.from_dict(plan | {"start": [0.1, 2.0, 0.0]}, boxes)
     with pytest.raises(HouseError, match="outside every room"):
         House.from_dict(plan | {"start": [-3.0, 2.0, 0.0]}, boxes)
+
+
+def leaves(value, path=()):
+    """Paths of all numbers, strings and truth values in nested dicts and lists."""
+    if isinstance(value, dict | list):
+        for key, part in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from leaves(part, (*path, key))
+    else:
+        yield path
+
+
+junk = st.none() | st.floats() | st.integers() | st.text(max_size=3) | st.lists(st.floats(), max_size=3) | st.booleans()
+
+
+@settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(data=st.data())
+def test_junk_anywhere_in_a_file_is_refused_with_one_sentence_or_harmless(furnished, boxes, data):
+    content = copy.deepcopy(furnished.to_dict())
+    *path, last = data.draw(st.sampled_from(list(leaves(content))))
+    part = content
+    for key in path:
+        part = part[key]
+    part[last] = data.draw(junk)
+    try:
+        House.from_dict(content, boxes)
+    except HouseError as error:
+        assert str(error) and "\n" not in str(error)
 
 
 def test_missing_file_names_the_homes_at_hand(tmp_path):
