@@ -31,7 +31,7 @@ class MpepcConfig:
     evaluations: int = 12  # roll-outs of the refinement by COBYLA, 0.3 ms each; the batch before it costs as much
     lookahead: tuple[float, ...] = (0.4, 0.8, 1.4, 2.2)  # m along the path, targets of the global start
     settle: float = 0.05  # m from the path's end, where the robot stops and turns to the final heading
-    tolerance: float = 0.10  # m, arrived; the robot also settles here once it can only come nearer by turning round
+    tolerance: float = 0.08  # m; here it settles too once it can only come nearer by turning round
     heading_tolerance: float = np.radians(2.0)  # rad; [V] is served by 5°, the rest is for the localization
     lost: float = 0.20  # m, pushed or corrected this far from the end, it drives there again
     clear_time: float = 1.0  # s that the chosen trajectory must be likely to survive, else the robot slows down
