@@ -21,11 +21,11 @@ def test_drives_straight_as_far_as_its_wheels_turn(empty):
 
 def test_runs_the_circle_of_its_wheel_speeds(empty):
     base = Base(empty, (2.0, 1.2, 0.0), BaseConfig(), None)
-    drive(base, (0.2, 0.3), 1.0)
+    drive(base, (0.1, 0.4), 1.0)
     v, omega = base.twist
-    assert v / omega == pytest.approx(0.28 / 2 * (0.3 + 0.2) / (0.3 - 0.2), rel=0.01)
+    assert v / omega == pytest.approx(0.28 / 2 * (0.4 + 0.1) / (0.4 - 0.1), rel=0.01)
     before = base.pose
-    after = drive(base, (0.2, 0.3), 1.0)
+    after = drive(base, (0.1, 0.4), 1.0)
     turned = after[2] - before[2]
     chord = 2 * v / omega * np.sin(turned / 2)
     forward, left, _ = between(before, after)
