@@ -63,7 +63,7 @@ def scan_to_message(scan, scan_time):
 
 
 def scan_from_message(message, odom):
-    """``odom (3,)``: base pose in the odom frame at the message's stamp. Ranges beyond the sensor's limits become inf."""
+    """``odom (3,)``: base pose in the odom frame at the stamp. Ranges beyond the sensor's limits become inf."""
     ranges = np.array(message.ranges, np.float32)
     with np.errstate(invalid="ignore"):
         ranges[~((ranges >= message.range_min) & (ranges <= message.range_max))] = np.inf

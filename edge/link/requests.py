@@ -62,35 +62,29 @@ class Find(Body):
     search_unknown: bool = False  # go to the best guesses even when the object does not seem to be in memory
 
 
-class Guess(Body):
-    """A place where the object may be seen from."""
+class Hypothesis(Body):
+    """A place where the object may be seen from: one cluster of the memory's hits."""
 
     pose: Pose
-    score: float  # [0, 1]
-    hits: int  # nodes that speak for it
-
-
-class Found(Body):
-    """The object, as seen in the end."""
-
-    score: float  # of the detection, [0, 1]
-    position: Position  # m
-    bearing: float  # rad from the robot's heading, left positive
-    depth: float  # m
-    box: tuple[float, float, float, float]  # x0, y0, x1, y1 px in the picture
-    picture: bytes  # JPEG
+    score: float  # mean of the members, [0, 1]
+    members: list[Pose]  # nodes that speak for it, turned to where their region looks
 
 
 class FindReply(Body):
-    """How a search ended."""
+    """How a search ended. What is None was not reached."""
 
     status: Literal["found", "not found", "not in memory", "timeout", "cancelled"]
     object: str
     pose: Pose  # of the robot
     duration: float  # s
     distance: float  # m driven
-    guesses: list[Guess]  # best first
-    found: Found | None = None  # only when status is "found"
+    hypotheses: list[Hypothesis]  # best first
+    position: Position | None = None  # of the object, m
+    bearing: float | None = None  # rad from the robot's heading, left positive
+    depth: float | None = None  # m
+    score: float | None = None  # of the detection, [0, 1]
+    box: tuple[float, float, float, float] | None = None  # x0, y0, x1, y1 px in the picture
+    jpeg: bytes | None = None  # the robot's last picture
 
 
 class Cancel(Body):
@@ -106,11 +100,13 @@ class Status(Body):
 
 
 class StatusReply(Body):
-    state: Literal["waiting", "idle", "mapping", "finding", "failed"]  # waiting: for the base's first messages
+    state: Literal["idle", "mapping", "finding", "failed"]
     stamp: float  # s, the base's clock
     pose: Pose
     nodes: int
     area: float  # m2 of free floor known
+    viewed: float  # m2 of it that the camera has looked at
+    mapped: bool  # whether the home has been mapped to the end
     distance: float  # m driven
     memory: float  # MB, PSS now
     peak_memory: float  # MB, highest PSS seen
@@ -129,7 +125,7 @@ class Map(Body):
 
 
 class MapReply(Body):
-    cells: Array  # (rows, cols) uint8: 0 unknown, 1 free, 2 occupied
+    cells: Array  # (rows, cols) int8 as in ROS: -1 unknown, 0 free, 100 occupied
     origin: Position  # m, lower-left corner
     resolution: float  # m
     path: Array  # (N, 2) float32 m, where the robot drove

@@ -22,7 +22,7 @@ class LinkConfig:
 
     connect: tuple[str, ...] = ()  # endpoints such as tcp/192.168.1.5:7447
     listen: tuple[str, ...] = ()  # endpoints; a peer with neither listen nor scouting listens nowhere
-    mode: Literal["peer", "client", "router"] | None = None  # default: the config file's, or peer
+    mode: Literal["peer", "client", "router"] | None = None  # default: the file's, router if it listens alone, or peer
     config: Path | None = None  # a zenoh JSON5 file; the other fields take precedence
     multicast_scouting: bool = True  # False also stops gossip: only the stated endpoints are used
 
@@ -36,14 +36,17 @@ class LinkConfig:
             "transport/shared_memory/enabled": False,  # costs 45 MB a process, and would flatter network figures
             "transport/link/tx/lease": LEASE,
         }
-        if self.mode:
-            settings["mode"] = self.mode
+        # Peers that may not look for each other only meet through the one that listens, and it must route for them.
+        meeting_place = self.listen and not self.multicast_scouting and self.config is None
+        if self.mode or meeting_place:
+            settings["mode"] = self.mode or "router"
         if self.connect:
             settings["connect/endpoints"] = list(self.connect)
         if self.listen or not self.multicast_scouting:
             settings["listen/endpoints"] = list(self.listen)
         if not self.multicast_scouting:
             settings["scouting/multicast/enabled"] = settings["scouting/gossip/enabled"] = False
+            settings["scouting/delay"] = 0  # ms; nothing to wait for
         for key, value in settings.items():
             try:
                 config.insert_json5(key, json.dumps(value))

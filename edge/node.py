@@ -1,0 +1,283 @@
+"""The robot process: where threads, sockets and clocks meet the core. It wires; it decides nothing.
+
+One thread runs the core: it answers requests between control steps, so nothing in the core needs a lock. Zenoh's own
+threads only hand messages over.
+"""
+
+import argparse
+import logging
+import statistics
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from edge.link import requests
+from edge.link.alive import declare_alive
+from edge.link.base import Base
+from edge.link.exchange import Exchange, Inbox
+from edge.link.offload import OffloadedEncoder
+from edge.link.reports import areas, cancelled_reply, find_reply, graph_reply, map_reply
+from edge.link.requests import RequestError
+from edge.link.session import LinkError, add_link_arguments, link_config, open_session
+from edge.memory.database import StoreError
+from edge.memory.store import Vlpg
+from edge.observation import STOP
+from edge.process import MemoryUse, stop_event
+from models.manifest import Manifest, ModelError, resolve
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class NodeConfig:
+    """Time limits of the wiring."""
+
+    name: str = "robot1"  # key root
+    silent: float = 0.5  # s of wall time without odometry after which the robot is told to stop; five control steps
+    save_every: float = 60.0  # s of the base's clock between saves of the growing map: so much a power cut costs
+    step_limit: float = 0.1  # s that perception and planning may take, one control period
+    path_step: float = 0.05  # m between the points of the driven path, a grid cell
+
+
+@dataclass(frozen=True)
+class Missions:
+    """How missions are made. A mission has ``step(observation) -> Twist``, ``done`` and ``outcome``."""
+
+    map_home: Callable  # (robot) -> mission
+    find: Callable  # (robot, requests.Find) -> mission; raises ValueError for an object that cannot be looked for
+
+
+class Node:
+    """Runs missions of a robot on a base, and answers for it."""
+
+    def __init__(self, session, robot, missions: Missions, mapped=False, config=None):
+        """``mapped``: whether the home is known, so that the robot waits for requests instead of mapping it first."""
+        self.config = config or NodeConfig()
+        self.robot, self.missions, self.mapped = robot, missions, mapped
+        self._wake = threading.Event()
+        self.base = Base(session, self.config.name, self._wake.set)
+        self._inbox = Inbox(session, self._wake.set)
+        for key, kind, handler in (
+            ("find", requests.Find, self._find),
+            ("cancel", requests.Cancel, self._cancel),
+            ("status", requests.Status, self._status),
+            ("map", requests.Map, self._map),
+            ("graph", requests.Graph, self._graph),
+        ):
+            self._inbox.on(f"{self.config.name}/{key}", kind, handler)
+        self._mission = None if mapped else missions.map_home(robot)
+        self._state = "idle" if mapped else "mapping"
+        self._finding: tuple[requests.Find, Exchange] | None = None
+        self._started = self._driven = 0.0  # stamp and odometer when the mission began
+        self._outcome = self._problem = ""
+        self._frame = None  # the newest picture
+        self._camera_known = False  # whether the base has announced its camera
+        self._path = deque(maxlen=20_000)  # 1 km
+        self._saved = -np.inf  # stamp
+        self._steps = deque(maxlen=100)  # wall s
+        self._late = 0
+        self._memory = MemoryUse()
+        self._alive = declare_alive(session, f"{self.config.name}/alive/edge")
+
+    def run(self, stop: threading.Event):
+        """Works until ``stop`` is set, then stops the robot and saves the map. Wake it with ``wake``."""
+        try:
+            while not stop.is_set():
+                self._wake.wait(0.1)
+                self._wake.clear()
+                self._inbox.serve()
+                observation = self.base.observe()
+                if observation is not None:
+                    self._step(observation)
+                elif self._mission is not None and self.base.age > self.config.silent:
+                    self.base.command(STOP)
+                self._memory.sample()
+        finally:
+            self.base.command(STOP)
+            self._save()
+            if self._finding is not None:
+                self._finding[1].refuse("the robot process is shutting down")
+            self._alive.undeclare()
+
+    def wake(self):
+        """Ends the current wait, from any thread or signal handler."""
+        self._wake.set()
+
+    def _step(self, observation):
+        started = time.perf_counter()
+        if self.base.restarts and self._state != "failed":
+            self._fail("the base was restarted and its odometry began anew; restart the robot process too")
+        if observation.frame is not None:
+            self._frame = observation.frame
+            if not self._camera_known:
+                self._meet_camera()
+        try:
+            if self._mission is None:
+                if self._state != "failed":
+                    self.robot.perceive(observation)
+            else:
+                self.base.command(self._mission.step(observation))
+        except Exception as error:  # a fault of ours must not keep the robot moving, lose the map or end the process
+            log.exception("the mission failed")
+            self._fail(f"internal error: {error}")
+            return
+        self._follow()
+        if self._mission is not None and self._mission.done:
+            self._finish()
+        elif self._state == "mapping" and observation.stamp - self._saved >= self.config.save_every:
+            self._save()
+        self._steps.append(time.perf_counter() - started)
+        self._late += self._steps[-1] > self.config.step_limit
+
+    def _meet_camera(self):
+        camera = self.base.camera(self.robot.camera)
+        if camera is not None:
+            self.robot.camera, self._camera_known = camera, True
+
+    def _follow(self):
+        here = self.robot.pose[:2]
+        if not self._path or np.hypot(*(here - self._path[-1])) >= self.config.path_step:
+            self._path.append(here.copy())
+
+    def _finish(self):
+        """The mission has ended by itself."""
+        outcome = self._mission.outcome
+        if self._finding is not None:
+            request, exchange = self._finding
+            self._outcome = outcome.status
+            exchange.reply(find_reply(request.object, outcome, self.robot, self._frame))
+        else:
+            self.mapped = outcome.complete
+            self._outcome = "mapped" if outcome.complete else "mapped in part: time ran out"
+        self._end("idle")
+
+    def _fail(self, problem):
+        self.base.command(STOP)
+        self._problem = problem
+        if self._finding is not None:
+            self._finding[1].refuse(problem)
+        self._end("failed")
+
+    def _end(self, state):
+        self._mission = self._finding = None
+        self._state = state
+        self._save()
+
+    def _save(self):
+        self.robot.memory.save_map(self.robot.grid.to_bytes())
+        self._saved = self.robot.stamp
+
+    def _find(self, request, exchange):
+        if self._state == "failed":
+            raise RequestError(f"the robot cannot: {self._problem}")
+        if self._mission is not None:
+            busy = "mapping its home" if self._finding is None else f"looking for {self._finding[0].object}"
+            raise RequestError(f"the robot is {busy}; wait, or cancel that first")
+        if self.base.age > self.config.silent:
+            raise RequestError("the base sends no odometry; start it first")
+        try:
+            mission = self.missions.find(self.robot, request)
+        except ValueError as error:
+            raise RequestError(str(error), getattr(error, "field", "") or "object") from error
+        self._mission, self._state, self._finding = mission, "finding", (request, exchange)
+        self._started, self._driven = self.robot.stamp, self.robot.distance
+
+    def _cancel(self, request, exchange):
+        if self._mission is None:
+            return requests.CancelReply(False)
+        self.base.command(STOP)
+        robot = self.robot
+        if self._finding is not None:
+            find, waiting = self._finding
+            spent = robot.stamp - self._started, robot.distance - self._driven
+            waiting.reply(cancelled_reply(find.object, robot, self._frame, *spent))
+        self._outcome = "cancelled"
+        self._end("idle")
+        return requests.CancelReply(True)
+
+    def _status(self, request, exchange):
+        robot, encoder = self.robot, self.robot.encoder
+        silent = self.base.age > self.config.silent
+        area, viewed = areas(robot)
+        return requests.StatusReply(
+            state=self._state,
+            stamp=robot.stamp,
+            pose=tuple(float(value) for value in robot.pose),
+            nodes=len(robot.memory),
+            area=area,
+            viewed=viewed,
+            mapped=self.mapped,
+            distance=robot.distance,
+            memory=self._memory.now,
+            peak_memory=self._memory.peak,
+            encoder=encoder.name,
+            offload=getattr(encoder, "mode", "never"),
+            host_alive=getattr(encoder, "host_alive", False),
+            step_time=statistics.median(self._steps) if self._steps else 0.0,
+            late=self._late,
+            object=self._finding[0].object if self._finding else "",
+            outcome=self._outcome,
+            problem=self._problem or self.base.problem or ("the base sends no odometry" if silent else ""),
+        )
+
+    def _map(self, request, exchange):
+        return map_reply(self.robot.grid, list(self._path))
+
+    def _graph(self, request, exchange):
+        return graph_reply(self.robot.memory, self.robot.encoder, request.vectors_from)
+
+
+def main(arguments=None):
+    """``python -m edge.node``: runs the robot until SIGTERM or Ctrl-C."""
+    parser = argparse.ArgumentParser(prog="vlpg robot", description="Map the home it wakes up in, then find things.")
+    parser.add_argument("--name", default=NodeConfig.name, help="key root of this robot (default: %(default)s)")
+    parser.add_argument("--memory", type=Path, default="home.vlpg", help="the home's store (default: %(default)s)")
+    parser.add_argument("--model", help="name or folder of the encoder (default: the shipped one)")
+    parser.add_argument(
+        "--offload", choices=["host", "never", "auto"], default="auto", help="who encodes text (default: %(default)s)"
+    )
+    add_link_arguments(parser)
+    options = parser.parse_args(arguments)
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
+    try:
+        _run(options)
+    except (LinkError, StoreError, ModelError) as error:
+        parser.exit(2, f"vlpg robot: {error}\n")
+
+
+def _run(options):
+    # Late: what the tests of the wiring, and a process that only fails, need not load.
+    from edge.mapping.occupancy import OccupancyGrid
+    from edge.missions.find_object import FindObject
+    from edge.missions.map_home import MapHome
+    from edge.perception.encoder import Encoder
+    from edge.perception.prompts import Target
+    from edge.perception.text import TextTower
+    from edge.robot import Robot
+
+    manifest = Manifest.load(resolve(options.model) if options.model else resolve())
+    manifest.verify()
+    images = Encoder(manifest, text=False)
+    with (
+        open_session(link_config(options)) as session,
+        Vlpg.open(options.memory, images.name, images.digest, images.dim) as memory,
+    ):
+        encoder = OffloadedEncoder(session, images, options.offload, lambda: TextTower(manifest))
+        robot = Robot(encoder, memory)
+        saved = memory.load_map()
+        if saved is not None:
+            robot.grid = OccupancyGrid.from_bytes(saved)
+        missions = Missions(
+            MapHome, lambda robot, find: FindObject(robot, Target.of(find.object, encoder), find.search_unknown)
+        )
+        node = Node(session, robot, missions, saved is not None, NodeConfig(name=options.name))
+        node.run(stop_event(node.wake))
+
+
+if __name__ == "__main__":
+    main()

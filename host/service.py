@@ -1,0 +1,81 @@
+"""What the host does for robots: encode text, and search what they remember. No sockets, no clocks."""
+
+import numpy as np
+
+from edge.link.exchange import NoAnswer
+from edge.link.requests import (
+    Array,
+    EmbedText,
+    EmbedTextReply,
+    Graph,
+    GraphReply,
+    RequestError,
+    Search,
+    SearchReply,
+)
+from edge.perception.prompts import contrast
+from host.replica import Replica
+
+
+class HostService:
+    """Answers requests with one text tower. One thread at a time."""
+
+    def __init__(self, tower, manifest, fetch):
+        """``tower.encode(texts) -> (N, D)``; ``manifest`` has its ``digest``, ``dim`` and ``logit_scale``.
+
+        ``fetch(robot, Graph) -> GraphReply`` asks a robot; it raises NoAnswer when the robot does not answer.
+        """
+        self._tower, self._manifest, self._fetch = tower, manifest, fetch
+        self._replicas: dict[str, Replica] = {}
+
+    def embed_text(self, request: EmbedText) -> EmbedTextReply:
+        """Raises RequestError when the robot runs another encoder: vectors of two pairs cannot be compared."""
+        if request.digest != self._manifest.digest:
+            raise RequestError(
+                f"the host's encoder is {self._manifest.name} ({self._manifest.digest[:12]}) and the robot's is "
+                f"{request.digest[:12]}; start both with the same --model",
+                "digest",
+            )
+        return EmbedTextReply(Array.of(np.asarray(self._tower.encode(request.texts), np.float32)))
+
+    def search(self, request: Search) -> SearchReply:
+        """Brings the copy of the robot's memory up to date, or does without, and searches it ([V] Eq. 2).
+
+        Raises RequestError when the robot runs another encoder, or was never heard of.
+        """
+        replica, fresh = self._follow(request.robot)
+        positive, negative = self._tower.encode(list(contrast(request.object)))
+        hits, poses = replica.search(positive - negative, request.k)
+        scores = 1 / (1 + np.exp(-self._manifest.logit_scale * hits.scores))
+        arrays = (hits.ids, scores.astype(np.float32), poses, hits.bearings)
+        return SearchReply(*(Array.of(array) for array in arrays), nodes=len(replica), fresh=fresh)
+
+    def _follow(self, robot):
+        replica = self._replicas.get(robot) or Replica(self._manifest.dim)
+        try:
+            graph = self._fetch(robot, Graph(vectors_from=replica.next))
+        except NoAnswer as error:
+            if robot not in self._replicas:
+                raise RequestError(f"{robot} does not answer and the host has no copy of it", "robot") from error
+            return replica, False
+        self._check(robot, graph)
+        if self._has_begun_anew(replica, graph):
+            replica = Replica(self._manifest.dim)
+            graph = self._fetch(robot, Graph(vectors_from=0))
+        try:
+            replica.update(graph)
+        except ValueError as error:
+            raise RequestError(str(error), "robot") from error
+        self._replicas[robot] = replica
+        return replica, True
+
+    def _check(self, robot, graph: GraphReply):
+        if graph.digest != self._manifest.digest:
+            raise RequestError(f"{robot} remembers with the encoder {graph.encoder}, the host has another", "robot")
+        if graph.vectors is None:
+            raise RequestError(f"{robot} sent no vectors; it runs another version", "robot")
+
+    def _has_begun_anew(self, replica, graph):
+        # Ids only ever grow; a robot whose newest node is older than the copy's has a new memory.
+        ids = graph.ids.numpy()
+        return len(replica) > 0 and (len(ids) == 0 or ids.max() < replica.next - 1)

@@ -1,0 +1,75 @@
+import argparse
+import json
+
+import pytest
+
+from edge.link.session import LinkConfig, LinkError, add_link_arguments, link_config, open_session
+
+ALONE = {"multicast_scouting": False}
+
+
+def setting(link, key):
+    return json.loads(link.to_zenoh().get_json(key))
+
+
+def test_the_flags_of_zenohs_examples():
+    parser = argparse.ArgumentParser()
+    add_link_arguments(parser)
+    flags = ["-e", "tcp/a:1", "--connect", "tcp/b:2", "-l", "tcp/c:3", "-m", "client", "--no-multicast-scouting"]
+    expected = LinkConfig(("tcp/a:1", "tcp/b:2"), ("tcp/c:3",), "client", None, False)
+    assert link_config(parser.parse_args(flags)) == expected
+    assert link_config(parser.parse_args([])) == LinkConfig()
+
+
+def test_loopback_means_loopback():
+    link = LinkConfig(connect=("tcp/127.0.0.1:7",), **ALONE)
+    assert setting(link, "scouting/multicast/enabled") is False
+    assert setting(link, "scouting/gossip/enabled") is False
+    assert setting(link, "listen/endpoints") == []
+    assert setting(link, "transport/shared_memory/enabled") is False
+
+
+@pytest.mark.parametrize(
+    "link, mode",
+    [
+        (LinkConfig(listen=("tcp/127.0.0.1:7",), **ALONE), "router"),
+        (LinkConfig(listen=("tcp/127.0.0.1:7",), mode="peer", **ALONE), "peer"),
+        (LinkConfig(listen=("tcp/127.0.0.1:7",)), None),
+    ],
+)
+def test_who_alone_listens_routes_for_the_others(link, mode):
+    assert setting(link, "mode") == mode
+
+
+def test_a_config_file_is_the_base_and_flags_go_first(tmp_path):
+    path = tmp_path / "zenoh.json5"
+    path.write_text('{mode: "client", connect: {endpoints: ["tcp/1.2.3.4:5"]}}')
+    assert setting(LinkConfig(config=path), "mode") == "client"
+    assert setting(LinkConfig(config=path), "connect/endpoints") == ["tcp/1.2.3.4:5"]
+    assert setting(LinkConfig(config=path, mode="peer"), "mode") == "peer"
+
+
+def test_a_busy_port_is_one_clear_sentence(endpoint):
+    link = LinkConfig(listen=(endpoint,), **ALONE)
+    with open_session(link), pytest.raises(LinkError, match=f"{endpoint} is already in use.*--listen") as caught:
+        open_session(link)
+    assert "\n" not in str(caught.value) and ".rs" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "link, said",
+    [
+        (LinkConfig(connect=("tcp/127.0.0.1:1",), mode="client", **ALONE), "nobody answers at tcp/127.0.0.1:1"),
+        (LinkConfig(listen=("tcp/192.0.2.1:7447",), **ALONE), "not an address of this machine"),
+        (LinkConfig(listen=("nonsense",), **ALONE), "does not accept"),
+    ],
+)
+def test_what_cannot_be_opened_is_explained(link, said):
+    with pytest.raises(LinkError, match=said) as caught:
+        open_session(link)
+    assert ".rs" not in str(caught.value)
+
+
+def test_a_config_file_that_is_none(tmp_path):
+    with pytest.raises(LinkError, match="not a zenoh configuration"):
+        open_session(LinkConfig(config=tmp_path / "none.json5"))
