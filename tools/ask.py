@@ -1,0 +1,118 @@
+"""``vlpg find``, ``vlpg status``: a question to a robot that runs, and its answer in words."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import degrees
+from pathlib import Path
+
+from edge.link.exchange import NoAnswer
+from edge.link.requests import FindReply, RequestError
+from edge.link.session import LinkConfig, LinkError, open_session
+from tools.robot_client import Call, RobotClient
+
+MODES = ("peer", "client", "router")
+GUESSES = 3  # told when the object is not in memory
+
+
+class AskError(ValueError):
+    """A question that makes no sense, or an answer that cannot be kept; the message says why."""
+
+
+def mistakes() -> tuple[type[Exception], ...]:
+    """What may go wrong for a reason that the user can do something about."""
+    return AskError, LinkError, NoAnswer, RequestError
+
+
+@contextmanager
+def robot_at(name, connect, listen, mode, config, no_multicast) -> Iterator[RobotClient]:
+    """The robot ``name``, over a zenoh session with these flags; without any, over the meeting place.
+
+    Raises AskError or LinkError.
+    """
+    from tools.cli import MEETING_PLACE
+
+    if mode is not None and mode not in MODES:
+        raise AskError(f"--mode is one of {', '.join(MODES)}, not {mode}")
+    link = LinkConfig(tuple(connect or ()), tuple(listen or ()), mode, config, not no_multicast)
+    if link == LinkConfig():
+        # A client notices at once when nobody listens there.
+        link = LinkConfig((MEETING_PLACE,), mode="client", multicast_scouting=False)
+    with open_session(link) as session:
+        yield RobotClient(session, name)
+
+
+def check_words(words: str) -> None:
+    """Raises AskError for a question about nothing."""
+    if not words.strip():
+        raise AskError('say what to find, for example: vlpg find "the teddy bear"')
+
+
+def find(robot: RobotClient, words: str, search: bool, picture: Path | None) -> bool:
+    """Ask, wait, and tell; whether it was found. An interrupt cancels the search and goes on up."""
+    call = Call(robot.find, words, search)
+    try:
+        while not call.wait(0.2):
+            pass
+    except KeyboardInterrupt:
+        robot.cancel()
+        raise
+    reply = call.result()
+    for line in told(reply):
+        print(line)
+    if picture is not None:
+        keep(reply, picture)
+    return reply.status == "found"
+
+
+def told(reply: FindReply) -> list[str]:
+    """The answer, a line each."""
+    spent = f"{reply.duration:.1f} s and {reply.distance:.1f} m"
+    if reply.status == "found":
+        x, y = reply.position
+        score = f", score {reply.score:.2f}" if reply.score is not None else ""
+        return [f"found {reply.object} at ({x:.2f}, {y:.2f}) m in the robot's map{score}, after {spent}"]
+    if reply.status != "not in memory":
+        return [f"{reply.status}: {reply.object}, after {spent}"]
+    lines = [f"not in memory: {reply.object}"]
+    for guess in reply.hypotheses[:GUESSES]:
+        x, y, theta = guess.pose
+        lines.append(f"  a guess, {guess.score:.2f}: from ({x:.2f}, {y:.2f}) m, looking {degrees(theta):.0f}°")
+    return [*lines, "  add --search to look there all the same"] if reply.hypotheses else lines
+
+
+def keep(reply: FindReply, path: Path) -> None:
+    """Write the last picture, with its box, to a file. Raises AskError when there is none or it cannot be written."""
+    import cv2
+    import numpy as np
+
+    if reply.jpeg is None:
+        raise AskError("the robot has no picture to give")
+    image = cv2.imdecode(np.frombuffer(reply.jpeg, np.uint8), cv2.IMREAD_COLOR)
+    if reply.box is not None:
+        x0, y0, x1, y1 = (round(value) for value in reply.box)
+        cv2.rectangle(image, (x0, y0), (x1, y1), (10, 214, 255), 2)
+    try:
+        encoded = cv2.imencode(path.suffix or ".jpg", image)[1]
+        path.write_bytes(encoded.tobytes())
+    except (cv2.error, OSError) as error:
+        raise AskError(f"cannot write {path}: {getattr(error, 'strerror', None) or 'use .jpg or .png'}") from None
+
+
+def status(robot: RobotClient) -> None:
+    """Print how the robot is, a line for each thing."""
+    reply = robot.status()
+    x, y, theta = reply.pose
+    doing = f"finding {reply.object}" if reply.object else reply.state
+    lines = {
+        "doing": f"{doing}{f', before that: {reply.outcome}' if reply.outcome else ''}",
+        "pose": f"({x:.2f}, {y:.2f}) m, {degrees(theta):.0f}° in its map, {reply.distance:.1f} m driven",
+        "home": f"{reply.viewed:.1f} of {reply.area:.1f} m² of free floor seen, {reply.nodes} nodes"
+        f"{'' if reply.mapped else ', not mapped to the end yet'}",
+        "encoder": f"{reply.encoder}, offload {reply.offload}, {'a' if reply.host_alive else 'no'} host is there",
+        "memory": f"{reply.memory:.0f} MB PSS, peak {reply.peak_memory:.0f} MB",
+        "step": f"{1000 * reply.step_time:.0f} ms in the median, {reply.late} too late",
+    }
+    if reply.problem:
+        lines["problem"] = reply.problem
+    for name, text in lines.items():
+        print(f"{name:8} {text}")

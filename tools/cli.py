@@ -1,0 +1,211 @@
+"""The ``vlpg`` command. What a command needs is imported when it runs: ``vlpg --help`` answers at once."""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+# Where everything on one machine meets, as long as nobody says otherwise; nothing leaves the machine.
+MEETING_PLACE = "tcp/127.0.0.1:7447"
+
+app = typer.Typer(
+    help="Map a home, then find things in it by their names. Without zenoh flags, the commands of one machine meet on "
+    f"{MEETING_PLACE}; with any of them, as those say.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+models_app = typer.Typer(help="The encoders that are at hand.", no_args_is_help=True)
+eval_app = typer.Typer(help="Measure how well the whole system, or a part of it, does.", no_args_is_help=True)
+app.add_typer(models_app, name="models")
+app.add_typer(eval_app, name="eval")
+
+# For commands whose module reads its own arguments, --help included.
+_PASSED_ON = {"allow_extra_args": True, "ignore_unknown_options": True}
+
+NOT_FOUND, MISTAKE, INTERRUPTED = 1, 2, 130  # exit codes
+
+_LINK_FLAGS = ("--connect", "-e", "--listen", "-l", "--mode", "-m", "--config", "-c", "--no-multicast-scouting")
+
+Name = Annotated[str, typer.Option(help="key root of the robot")]
+Connect = Annotated[
+    list[str] | None, typer.Option("--connect", "-e", metavar="ENDPOINT", help=f"default: {MEETING_PLACE}")
+]
+Listen = Annotated[list[str] | None, typer.Option("--listen", "-l", metavar="ENDPOINT", help="endpoint to listen on")]
+Mode = Annotated[str | None, typer.Option("--mode", "-m", help="zenoh session mode: peer, client or router")]
+Config = Annotated[
+    Path | None, typer.Option("--config", "-c", metavar="FILE", help="zenoh configuration file (JSON5)")
+]
+NoMulticast = Annotated[bool, typer.Option("--no-multicast-scouting", help="use the stated endpoints only")]
+
+
+def main() -> None:
+    """Entry point of the ``vlpg`` script."""
+    app()
+
+
+@contextmanager
+def _explained(*mistakes: type[Exception]) -> Iterator[None]:
+    """Turns the user's mistakes into one sentence on stderr, and Ctrl-C into silence."""
+    try:
+        yield
+    except mistakes as error:
+        typer.echo(f"vlpg: {error}", err=True)
+        raise typer.Exit(MISTAKE) from None
+    except KeyboardInterrupt:
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _join(module: str, arguments: list[str], flag: str) -> None:
+    """``_become`` a part of the system; without zenoh flags it meets the others of this machine."""
+    if not any(argument.startswith(known) for argument in arguments for known in _LINK_FLAGS):
+        arguments = [*arguments, flag, MEETING_PLACE, "--no-multicast-scouting"]
+    _become(module, arguments)
+
+
+def _become(module: str, arguments: list[str]) -> None:
+    """Replace this process by ``python -m module``: on a small robot, nothing of the command line stays in memory."""
+    sys.stdout.flush()
+    os.execv(sys.executable, [sys.executable, "-P", "-m", module, *arguments])
+
+
+@app.command(context_settings=_PASSED_ON, add_help_option=False)
+def sim(context: typer.Context) -> None:
+    """Run the simulated base in a furnished home (vlpg sim --help)."""
+    _join("firmware_sim.node", context.args, "--listen")
+
+
+@app.command(context_settings=_PASSED_ON, add_help_option=False)
+def robot(context: typer.Context) -> None:
+    """Run the robot: maps the home it wakes up in, then answers (vlpg robot --help)."""
+    _join("edge.node", context.args, "--connect")
+
+
+@app.command(context_settings=_PASSED_ON, add_help_option=False)
+def host(context: typer.Context) -> None:
+    """Run the host, which takes work off robots (vlpg host --help)."""
+    _join("host.node", context.args, "--connect")
+
+
+@eval_app.command("find", context_settings=_PASSED_ON, add_help_option=False)
+def eval_find(context: typer.Context) -> None:
+    """Find everything in many homes and count (vlpg eval find --help)."""
+    _become("tools.eval.find", context.args)
+
+
+@eval_app.command("encoder", context_settings=_PASSED_ON, add_help_option=False)
+def eval_encoder(context: typer.Context) -> None:
+    """Name pictures of objects the encoder was never trained on (vlpg eval encoder --help)."""
+    _become("tools.eval.encoder", context.args)
+
+
+@app.command()
+def find(
+    words: Annotated[str, typer.Argument(metavar="OBJECT", help='what to find, such as "the teddy bear"')],
+    search: Annotated[bool, typer.Option("--search", help="look at the best guesses if it is not in memory")] = False,
+    picture: Annotated[Path | None, typer.Option(help="write the robot's last picture, with its box, there")] = None,
+    name: Name = "robot1",
+    connect: Connect = None,
+    listen: Listen = None,
+    mode: Mode = None,
+    config: Config = None,
+    no_multicast_scouting: NoMulticast = False,
+) -> None:
+    """Ask the robot to find something; Ctrl-C calls it off. Exit code 0: found, 1: not found."""
+    from tools.ask import check_words, find, mistakes, robot_at
+
+    with _explained(*mistakes()):
+        check_words(words)
+        with robot_at(name, connect, listen, mode, config, no_multicast_scouting) as robot:
+            raise typer.Exit(0 if find(robot, words, search, picture) else NOT_FOUND)
+
+
+@app.command()
+def status(
+    name: Name = "robot1",
+    connect: Connect = None,
+    listen: Listen = None,
+    mode: Mode = None,
+    config: Config = None,
+    no_multicast_scouting: NoMulticast = False,
+) -> None:
+    """What the robot is doing, where it is, and how it fares."""
+    from tools.ask import mistakes, robot_at, status
+
+    with _explained(*mistakes()), robot_at(name, connect, listen, mode, config, no_multicast_scouting) as robot:
+        status(robot)
+
+
+@app.command()
+def cancel(
+    name: Name = "robot1",
+    connect: Connect = None,
+    listen: Listen = None,
+    mode: Mode = None,
+    config: Config = None,
+    no_multicast_scouting: NoMulticast = False,
+) -> None:
+    """Stop what the robot is doing: a search, or the mapping of its home."""
+    from tools.ask import mistakes, robot_at
+
+    with _explained(*mistakes()), robot_at(name, connect, listen, mode, config, no_multicast_scouting) as robot:
+        typer.echo("cancelled" if robot.cancel() else "there was nothing to cancel")
+
+
+@app.command()
+def demo(
+    home: Annotated[str, typer.Option(help="apartment, cottage, bungalow, a file, or generated:SEED")] = "apartment",
+    objects: Annotated[
+        list[str] | None, typer.Option("--object", help="what to find, in any words; may be repeated")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="seed of the sensors' noise")] = 0,
+    speed: Annotated[float, typer.Option(min=0.1, help="simulated seconds a second, at most")] = 4.0,
+    out: Annotated[Path, typer.Option(help="folder that gets a folder for each run")] = Path("runs"),
+) -> None:
+    """Map a furnished home in simulation, find things in it, and write a report. Takes up to 5 minutes."""
+    from firmware_sim.furniture import FurnitureError
+    from firmware_sim.house import HouseError
+    from tools.demo.demo import DemoConfig, DemoError, run_demo
+
+    with _explained(DemoError, HouseError, FurnitureError, OSError):
+        raise typer.Exit(run_demo(DemoConfig(home, tuple(objects or ()), seed, speed, out)))
+
+
+@models_app.command("list")
+def models_list() -> None:
+    """Name, size and digest of each model."""
+    from models.manifest import ModelError
+
+    with _explained(ModelError):
+        for manifest in _manifests(None):
+            size = sum(file.size for file in manifest.files) / 1e6
+            typer.echo(f"{manifest.name:20} {size:6.1f} MB  {manifest.dim}-d  sha256 {manifest.digest[:12]}")
+
+
+@models_app.command("verify")
+def models_verify(name: Annotated[str | None, typer.Argument(help="a model's name or folder; default: all")] = None):
+    """Check every file of a model against its manifest's sha256."""
+    from models.manifest import ModelError
+
+    with _explained(ModelError):
+        for manifest in _manifests(name):
+            manifest.verify()
+            typer.echo(f"{manifest.name}: {len(manifest.files)} files as in the manifest")
+
+
+def _manifests(name: str | None):
+    import models
+    from models.manifest import Manifest, resolve
+
+    if name is not None:
+        return [Manifest.load(resolve(name))]
+    return [Manifest.load(path.parent) for path in sorted(Path(models.__file__).parent.glob("*/manifest.json"))]
+
+
+if __name__ == "__main__":
+    main()

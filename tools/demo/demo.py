@@ -1,0 +1,223 @@
+"""``vlpg demo``: three real processes, an unknown home, some words. Reads as what happens, top to bottom."""
+
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from rich.console import Console
+
+from edge.link.exchange import NoAnswer
+from edge.link.requests import RequestError
+from edge.link.session import LinkConfig, LinkError, open_session
+from firmware_sim.generator import generate
+from firmware_sim.house import House
+from tools.demo.memory import Sampler
+from tools.demo.naming import default_objects
+from tools.demo.processes import ProcessDied, Supervisor, free_port, module
+from tools.demo.progress import Display, TimeLeft
+from tools.demo.recorder import Recorder
+from tools.demo.truth import Truth
+from tools.report.page import write_page
+from tools.robot_client import Call, RobotClient
+
+FAILED, INTERRUPTED = 1, 130  # exit codes
+_STYLES = {"confirmed": "green", "wrong": "bold red", "no claim": "yellow"}
+
+
+class DemoError(ValueError):
+    """A demo that cannot be run as asked; the message says why."""
+
+
+@dataclass(frozen=True)
+class DemoConfig:
+    """What to show, and how long it may take."""
+
+    home: str = "apartment"
+    objects: tuple[str, ...] = ()  # in words; none: those of tools.demo.naming
+    seed: int = 0
+    speed: float = 4.0  # simulated s a s, at most
+    out: Path = Path("runs")
+    time_limit: float = 300.0  # wall s, all in all
+    mapping_share: float = 0.6  # of it; then mapping is broken off, so that there is time left to find things
+    start_limit: float = 40.0  # wall s until all three processes answer
+    least_search: float = 12.0  # wall s; with less left, no further object is asked for
+    reserve: float = 10.0  # wall s for the report and for stopping the processes
+
+
+def run_demo(config: DemoConfig) -> int:
+    """Run it, and return the exit code: 0, or 1 when a claim was wrong or a process failed, or 130 after Ctrl-C.
+
+    Raises DemoError, HouseError or FurnitureError before anything is started.
+    """
+    if any(not words.strip() for words in config.objects):
+        raise DemoError("an object to find needs a name, but --object was empty")
+    house = load_home(config.home)
+    console = Console()
+    recorder = Recorder(house, config.seed, config.speed, _new_folder(config.out))
+    failed, interrupted = False, False
+    try:
+        with _terminable(), Supervisor(recorder.folder) as processes, Display(console) as display:
+            Demo(config, recorder, processes, display).run()
+    except (ProcessDied, NoAnswer, RequestError) as error:
+        failed = True
+        recorder.notes.append(str(error).splitlines()[0])
+        console.print(str(error), style="red", highlight=False, markup=False)
+    except KeyboardInterrupt:
+        interrupted = True
+        recorder.notes.append("The run was interrupted.")
+    run = recorder.finish()
+    run.save(recorder.folder)
+    page = write_page(run, recorder.folder)
+    confirmed = sum(search.verdict == "confirmed" for search in run.searches)
+    console.print(f"{confirmed} of {len(run.searches)} found, in {run.wall:.0f} s. Report: {page}", highlight=False)
+    if interrupted:
+        return INTERRUPTED
+    return FAILED if failed or any(search.verdict == "wrong" for search in run.searches) else 0
+
+
+class Demo:
+    """The run itself."""
+
+    def __init__(self, config: DemoConfig, recorder: Recorder, processes: Supervisor, display: Display):
+        self.config, self.recorder, self.processes, self.display = config, recorder, processes, display
+        self.ends = time.monotonic() + config.time_limit - config.reserve
+
+    def run(self) -> None:
+        """Raises ProcessDied when a process ends early or one never answers."""
+        endpoint = f"tcp/127.0.0.1:{free_port()}"
+        self.start_base(endpoint)
+        with self.session(endpoint) as session:
+            self.robot, self.truth = RobotClient(session), Truth(session, self.recorder.house)
+            self.start_robot_and_host(endpoint)
+            pids = {child.name: child.pid for child in self.processes.children}
+            with Sampler(pids) as memory:
+                self.recorder.histories = memory.histories
+                self.map_home()
+                objects = self.config.objects or default_objects(self.recorder.house)
+                for number, words in enumerate(objects):
+                    if self.ends - time.monotonic() < self.config.least_search:
+                        self.out_of_time(objects[number:])
+                        break
+                    self.find(words)
+                self.recorder.know(self.robot.map(), self.robot.graph())
+
+    def start_base(self, endpoint: str) -> None:
+        config = self.config
+        arguments = ("--home", config.home, "--seed", str(config.seed), "--speed", str(config.speed))
+        self.processes.start("sim", module("firmware_sim.node", *arguments, "--listen", endpoint, *_LOOPBACK))
+
+    def start_robot_and_host(self, endpoint: str) -> None:
+        memory = str(self.recorder.folder / "home.vlpg")
+        self.processes.start("host", module("host.node", "--connect", endpoint, *_LOOPBACK))
+        self.processes.start("robot", module("edge.node", "--memory", memory, "--connect", endpoint, *_LOOPBACK))
+        self.until("the robot", self.robot.answers)
+
+    @contextmanager
+    def session(self, endpoint: str) -> Iterator:
+        """A session with the started base, as soon as it listens."""
+        link = LinkConfig(connect=(endpoint,), mode="client", multicast_scouting=False)
+        opened = []
+
+        def listens() -> bool:
+            try:
+                opened.append(open_session(link))
+            except LinkError:
+                return False
+            return True
+
+        self.until("the simulated base", listens)
+        with opened[0] as session:
+            yield session
+
+    def until(self, what: str, answers: Callable[[], bool]) -> None:
+        """Wait for a process to come up."""
+        limit = time.monotonic() + self.config.start_limit
+        while not answers():
+            self.display.show("starting", f"waiting for {what}")
+            self.processes.watch(0.2)
+            if time.monotonic() > limit:
+                raise ProcessDied(f"{what} did not answer within {self.config.start_limit:.0f} s; see its log")
+
+    def map_home(self) -> None:
+        """Wait while the robot explores; it does so on its own."""
+        started = time.monotonic()
+        breaks_off = min(started + self.config.mapping_share * self.config.time_limit, self.ends)
+        left, complete = TimeLeft(), True
+        while (status := self.robot.status()).state == "mapping":
+            now = time.monotonic()
+            self.recorder.trace(self.truth.position())
+            remaining = left.update(now, status.viewed, status.area)
+            until_done = "" if remaining is None else f", about {remaining:.0f} s left"
+            detail = f"{status.viewed:.1f} of {status.area:.1f} m² seen, {status.nodes} nodes{until_done}"
+            self.display.show("mapping", detail, status.viewed / max(status.area, 1.0))
+            if now > breaks_off and complete:
+                complete = False
+                self.recorder.notes.append("Mapping was broken off, so that there was time left to find things.")
+                self.robot.cancel()
+            self.processes.watch(0.2)
+        if status.state == "failed":
+            raise RequestError(f"The robot stopped: {status.problem}.")
+        mapping = self.recorder.mapped(status, complete and status.mapped, time.monotonic() - started)
+        self.display.say(
+            f"mapped     {mapping.area:.1f} m² of free floor, {mapping.nodes} nodes, {mapping.distance:.1f} m driven, "
+            f"in {mapping.duration:.0f} s ({mapping.wall:.0f} s of wall time)"
+        )
+
+    def find(self, words: str) -> None:
+        """Ask for one object, wait for the answer, and compare it with the truth."""
+        started = time.monotonic()
+        answer = Call(self.robot.find, words)
+        cancelled = False
+        while not answer.done:
+            self.recorder.trace(self.truth.position())
+            self.display.show("finding", f"{words}, {time.monotonic() - started:.0f} s")
+            if time.monotonic() > self.ends and not cancelled:
+                cancelled = True
+                self.robot.cancel()
+            self.processes.watch(0.1)
+        search = self.recorder.searched(words, answer.result(), self.truth, time.monotonic() - started)
+        error = "" if search.angular_error is None else f"{abs(search.angular_error) * 57.2958:.0f}° off, "
+        self.display.say(
+            f"{search.status:<14} {search.words}: {search.duration:.0f} s, {search.distance:.1f} m, {error}"
+            f"{search.verdict}. {search.remark}",
+            _STYLES[search.verdict],
+        )
+
+    def out_of_time(self, objects) -> None:
+        note = f"Time ran out: {', '.join(objects)} {'was' if len(objects) == 1 else 'were'} not asked for."
+        self.recorder.notes.append(note)
+        self.display.say(note, "yellow")
+
+
+_LOOPBACK = ("--no-multicast-scouting",)
+
+
+def load_home(home: str) -> House:
+    """A home by name, file, or ``generated:SEED``, as ``vlpg sim`` understands it. Raises HouseError."""
+    kind, _, seed = home.partition(":")
+    return generate(int(seed)) if kind == "generated" and seed.isdecimal() else House.load(home)
+
+
+def _new_folder(out: Path) -> Path:
+    """``out/<local time>``, made. Raises OSError when it cannot be."""
+    folder = Path(out) / datetime.now().strftime("%Y-%m-%dT%H-%M-%S")
+    folder.mkdir(parents=True)
+    return folder
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """Within, SIGTERM unwinds the stack as Ctrl-C does, so that the children are stopped."""
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    previous = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, previous)
