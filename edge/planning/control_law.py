@@ -23,7 +23,7 @@ class ControlLawConfig:
     omega_max: float = 1.5  # rad/s, the base
     acceleration: float = 0.8  # m/s², comfortable for a robot 1 m tall
     angular_acceleration: float = 4.0  # rad/s²
-    r_slow: float = 0.8  # m from the target, where the robot begins to slow down; 1.5-2 in the sources for v = 1.5 m/s
+    r_slow: float = 0.6  # m from the target, where the robot begins to slow down; 1.5-2 in the sources for v = 1.5 m/s
     v_min: float = 0.08  # m/s, so that the approach ends; below the base hardly moves
     turn_first: float = 0.7  # rad off the law's manifold from which the robot turns on the spot before it drives
     turn_gain: float = 2.5  # 1/s, of turns on the spot

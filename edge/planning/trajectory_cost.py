@@ -44,13 +44,14 @@ def survival(out: RollOuts, clearance: np.ndarray, frame: GridFrame, config: Cos
     """Probability ``(N, S)`` that the robot is unharmed at the end of each segment.
 
     p_s = Π(1 − exp(−(d/σ)²)) with d the distance beyond a margin that grows with speed, as σ does. A robot that stands
-    nearer to an obstacle than its margin would find every way out deadly; then the margin shrinks to what it has.
+    nearer to an obstacle than its margin would find every way out deadly; so the margin is never more than the best
+    clearance that the trajectory has had so far: it may leave, but not come nearer again.
     """
     here = look_up(clearance, frame, out.x, out.y)
     speed = np.abs(out.v)
     sigma = config.sigma + (config.sigma_fast - config.sigma) * np.minimum(speed / 0.6, 1.0)
     margin = config.radius + config.margin + config.margin_per_speed * speed
-    d = here - np.minimum(margin, here[:, :1] - 2.5 * sigma)
+    d = here - np.minimum(margin, np.maximum.accumulate(here, axis=1) - 2.5 * sigma)
     harm = np.exp(-((np.maximum(d, 0.0) / sigma) ** 2))
     return np.cumprod(1.0 - harm[:, 1:], axis=1)
 

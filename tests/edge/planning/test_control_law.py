@@ -49,7 +49,7 @@ def test_on_the_manifold_the_turn_keeps_the_robot_there():
 
 
 def test_slows_near_the_target_but_not_below_the_least_speed():
-    assert velocities(0.4, 0.0, 0.0, 0.6, LAW)[0] == pytest.approx(0.6 * 0.4 / 0.8)
+    assert velocities(0.4, 0.0, 0.0, 0.6, LAW)[0] == pytest.approx(0.6 * 0.4 / 0.6)
     assert velocities(0.05, 0.0, 0.0, 0.6, LAW)[0] == pytest.approx(LAW.v_min)
     steep = replace(LAW, r_slow=0.05)
     assert velocities(0.1, 0.0, 0.0, 0.6, steep)[0] == pytest.approx((2 * 0.8 * 0.1) ** 0.5)

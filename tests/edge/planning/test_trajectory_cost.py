@@ -69,3 +69,11 @@ def test_cost_is_the_discounted_sum_of_its_parts():
         for i, p in enumerate(alive[0])
     )
     assert expected_cost(out, alive, gain, 0.2, CONFIG)[0] == pytest.approx(expected)
+
+
+def test_room_once_gained_is_not_given_up_again():
+    """From inside an obstacle of the map (a phantom), out of it, and into a real one."""
+    clearance = np.minimum(wall_at(0.0), wall_at(1.5))
+    alive = survival(line(0.0, 3.0, 0.3), clearance, FRAME, CONFIG)[0]
+    assert alive[9] > 0.5  # half-way, 0.6 m on
+    assert alive[-1] < 1e-6
