@@ -46,8 +46,8 @@ class _Box:
         return None
 
 
-# Floor and pastel wall colours that suit each category.
-FLOORS = {"Bathroom": "tiles", "Kitchen": "tiles", "Bedroom": "carpet"}
+# Floors by category, wood elsewhere, and pastel wall colours.
+FLOORS = {"Bathroom": "tiles", "Kitchen": "tiles", "Bedroom": "carpet", "Hall": "stone"}
 WALL_COLORS = [
     (232, 224, 206), (240, 236, 204), (205, 216, 232), (203, 228, 222), (244, 222, 204),
     (214, 222, 206), (230, 212, 214), (224, 224, 224), (226, 214, 232), (238, 230, 220),
