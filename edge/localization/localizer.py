@@ -77,7 +77,7 @@ class Localizer:
     def relocalize(self, scan: LaserScan, grid: OccupancyGrid, radius: float | None = None) -> bool:
         """Looks for the robot within ``radius`` [m] of where it should be, or in the whole map; True when found.
 
-        For a robot that was carried or starts in a known home: takes about 0.1–0.3 s, and keeps the old pose when
+        For a robot that was carried or starts in a known home: takes up to half a second, and keeps the old pose when
         no place fits or when two different ones fit alike.
         """
         config = self.config.match
