@@ -1,7 +1,7 @@
 """``vlpg find``, ``vlpg status``: a question to a robot that runs, and its answer in words."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from math import degrees
 from pathlib import Path
 
@@ -54,7 +54,8 @@ def find(robot: RobotClient, words: str, search: bool, picture: Path | None) -> 
         while not call.wait(0.2):
             pass
     except KeyboardInterrupt:
-        robot.cancel()
+        with suppress(NoAnswer, RequestError):  # it may be gone, or have ended just now
+            robot.cancel()
         raise
     reply = call.result()
     for line in told(reply):

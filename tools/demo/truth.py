@@ -1,14 +1,16 @@
 """What the simulator knows about the home and the robot in it. Tools may ask; missions must not."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
+from edge.camera import CameraModel
 from edge.link import requests
 from edge.link.conversions import odometry_from_message
 from edge.link.exchange import ask
 from edge.link.messages import Odometry
 from edge.link.topic import Topic
 from firmware_sim.house import House
-from firmware_sim.world import WorldConfig
 from tools.robot_client import NAME, PROMPT
 
 
@@ -16,7 +18,7 @@ class Truth:
     """The simulator's answers, under the names of a World that a judge reads."""
 
     def __init__(self, session, house: House, name: str = NAME):
-        self.house, self.config = house, WorldConfig()
+        self.house, self.config = house, SimpleNamespace(camera_model=CameraModel())
         self.truth = np.array(house.start, float)  # pose (3,) in the house when last looked
         self._session, self._name = session, name
         self._visible: dict[str, float] = {}

@@ -1,0 +1,175 @@
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import models
+from tools.demo.processes import free_port
+
+VLPG = [sys.executable, "-m", "tools.cli"]
+
+
+def vlpg(*arguments, cwd=None):
+    return subprocess.run([*VLPG, *arguments], capture_output=True, text=True, cwd=cwd, timeout=60)
+
+
+def complains(done, *words, code=2):
+    """One line on stderr with these words, and no traceback."""
+    assert done.returncode == code, done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    for word in words:
+        assert word in done.stderr
+    return True
+
+
+@pytest.fixture
+def nowhere():
+    """Flags of a session in which nobody else is."""
+    return "--connect", f"tcp/127.0.0.1:{free_port()}", "--no-multicast-scouting", "--mode", "client"
+
+
+def test_help_names_every_command_and_is_quick():
+    started = time.perf_counter()
+    done = vlpg("--help")
+    assert time.perf_counter() - started < 3.0  # 0.2 s on an idle machine
+    assert done.returncode == 0
+    for command in ("demo", "sim", "robot", "host", "find", "status", "cancel", "models", "eval"):
+        assert f"  {command} " in done.stdout
+
+
+def test_help_imports_nothing_heavy():
+    script = "import sys; import tools.cli; print([m for m in ('numpy', 'cv2', 'zenoh', 'rich') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("part", ["sim", "robot", "host"])
+def test_each_part_has_zenohs_flags(part):
+    done = vlpg(part, "--help")
+    assert done.returncode == 0, done.stderr
+    for flag in ("--connect", "-e", "--listen", "-l", "--mode", "-m", "--config", "-c", "--no-multicast-scouting"):
+        assert flag in done.stdout
+
+
+@pytest.mark.parametrize("question", ["find", "status", "cancel"])
+def test_each_question_has_zenohs_flags(question):
+    done = vlpg(question, "--help")
+    for flag in ("--connect", "-e", "--listen", "-l", "--mode", "-m", "--config", "-c", "--no-multicast-scouting"):
+        assert flag in done.stdout
+
+
+@pytest.mark.parametrize("question", [("find", "teddy bear"), ("status",), ("cancel",)])
+def test_a_robot_that_is_not_there(question, nowhere):
+    assert complains(vlpg(*question, *nowhere), "nobody answers at tcp/127.0.0.1:")
+
+
+@pytest.mark.parametrize("words", ["", "  "])
+def test_an_empty_question(words):
+    assert complains(vlpg("find", words), "say what to find")
+
+
+def test_an_unknown_mode(nowhere):
+    assert complains(vlpg("status", *nowhere[:2], "--mode", "emperor"), "peer, client, router", "emperor")
+
+
+def test_an_unknown_home():
+    for command in ("sim", "demo"):
+        assert complains(vlpg(command, "--home", "atlantis"), "atlantis", "apartment, bungalow, cottage")
+
+
+def test_a_house_file_with_a_thing_in_a_wall(tmp_path):
+    source = Path("firmware_sim/homes/apartment.json")
+    home = json.loads(source.read_text())
+    thing = next(thing for thing in home["objects"] if thing["id"] == "teddy-bear-1")
+    thing["position"] = home["walls"][0]["a"]
+    broken = tmp_path / "broken.json"
+    broken.write_text(json.dumps(home))
+    assert complains(vlpg("demo", "--home", str(broken), "--out", str(tmp_path)), "broken.json", "teddy-bear-1")
+
+
+def test_a_demo_without_words(tmp_path):
+    assert complains(vlpg("demo", "--object", " ", "--out", str(tmp_path)), "--object was empty")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    assert complains(vlpg("demo", "--out", str(tmp_path / "file")), "file")
+
+
+def test_a_busy_port():
+    port = free_port()
+    flags = ("--listen", f"tcp/127.0.0.1:{port}", "--no-multicast-scouting")
+    with subprocess.Popen([*VLPG, "sim", *flags], stderr=subprocess.DEVNULL) as sim:
+        try:
+            deadline = time.monotonic() + 30
+            while not _listens(port):
+                assert time.monotonic() < deadline, "the simulator does not listen"
+                time.sleep(0.1)
+            assert complains(vlpg("sim", *flags), f"127.0.0.1:{port}", "already in use")
+        finally:
+            sim.send_signal(signal.SIGINT)
+        assert sim.wait(10) == 0  # Ctrl-C is a clean end
+
+
+def _listens(port):
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def test_models_are_listed_and_verified():
+    assert "lite0-minilm" in vlpg("models", "list").stdout
+    done = vlpg("models", "verify")
+    assert done.returncode == 0 and "as in the manifest" in done.stdout
+
+
+def test_a_damaged_model(tmp_path):
+    folder = tmp_path / "model"
+    shutil.copytree(Path(models.__file__).parent / "lite0-minilm", folder)
+    weights = max(folder.iterdir(), key=lambda path: path.stat().st_size)
+    with weights.open("r+b") as stream:
+        stream.seek(1000)
+        stream.write(b"damage")
+    assert complains(vlpg("models", "verify", str(folder)), weights.name, "damaged")
+    assert complains(vlpg("robot", "--model", str(folder), "--memory", str(tmp_path / "home.vlpg")), "damaged")
+
+
+def test_an_unknown_model():
+    assert complains(vlpg("models", "verify", "gpt"), "gpt", "lite0-minilm")
+
+
+def test_a_store_of_another_encoder(tmp_path):
+    from edge.memory.store import Vlpg
+
+    store = tmp_path / "home.vlpg"
+    Vlpg.open(store, "someone-elses", "0" * 64, 384).close()
+    assert complains(vlpg("robot", "--memory", str(store)), "someone-elses")
+
+
+def test_ctrl_c_while_asking_ends_without_a_traceback():
+    """A robot that never answers: here, nobody at all behind a router that listens."""
+    import zenoh
+
+    from edge.link.session import LinkConfig, open_session
+
+    port = f"tcp/127.0.0.1:{free_port()}"
+    with open_session(LinkConfig(listen=(port,), multicast_scouting=False)) as session:
+        asked = []
+        queryable = session.declare_queryable("robot1/find", zenoh.handlers.Callback(asked.append, indirect=False))
+        flags = ("--connect", port, "--no-multicast-scouting", "--mode", "client")
+        with subprocess.Popen([*VLPG, "find", "bear", *flags], stderr=subprocess.PIPE, env=os.environ) as process:
+            deadline = time.monotonic() + 30
+            while not asked:
+                assert time.monotonic() < deadline, "the question never came"
+                time.sleep(0.02)
+            process.send_signal(signal.SIGINT)
+            assert process.wait(20) == 130
+            assert b"Traceback" not in process.stderr.read()
+        queryable.undeclare()
