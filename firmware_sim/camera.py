@@ -1,6 +1,7 @@
 """The RGB-D camera of the simulated robot: walls by ray casting, furniture by relief impostors, one depth buffer."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import atan2, cos, hypot, sin
 
 import cv2
@@ -47,7 +48,7 @@ class Camera:
         self.model = model or CameraModel()
         self.noise = CameraNoise() if noise is True else noise or None
         self.object_ids: list[str] = list(house.objects)
-        self._surfaces = Surfaces(house, self.model, seed)
+        self._seed = seed
         u0, v0 = self.model.centre
         self._slopes = Window(
             ((u0 - np.arange(self.model.width)) / self.model.focal).astype(np.float32),
@@ -57,6 +58,10 @@ class Camera:
         self._rng = np.random.default_rng(seed)
         if self.noise:
             self._draw_noise()
+
+    @cached_property
+    def _surfaces(self) -> Surfaces:
+        return Surfaces(self.house, self.model, self._seed)
 
     def render(self, pose) -> Picture:
         """The picture from base pose ``pose`` (3,) in the house frame."""

@@ -15,8 +15,7 @@ import numpy as np
 
 WANDER = 3.0  # px a ray may move across the sprite before the first guess is searched for
 MAX_LAYERS = 24  # of that search
-COARSE = 2  # only every second ray of every second row is searched ...
-FINE = 4000  # px ... in windows larger than this
+COARSER = (4000, 16000)  # px; in windows larger than these only each second, then third ray and row is searched
 NOTHING = 1e3  # m, relief where there is no surface
 SETTLED = 0.06  # m, further than this from the relief, a ray has met no surface
 GRAZING = 0.2  # smallest cosine between a ray and the sprite's view; beyond it the relief says nothing
@@ -190,7 +189,7 @@ def _search(sprite: Sprite, rays: _Rays) -> tuple[np.ndarray, np.ndarray]:
         return (surface(relief) if wander > 1 else relief), np.zeros(relief.shape, bool)
     layers = min(int(wander / WANDER) + 1, MAX_LAYERS)
     height, width = rays.across.shape
-    thin = COARSE if height * width > FINE else 1
+    thin = 1 + sum(height * width > size for size in COARSER)
     coarse = _first_hit(sprite, rays.thinned(thin), layers)
     guess, hit, gap = (np.repeat(np.repeat(a, thin, 0), thin, 1)[:height, :width] for a in coarse)
     # A step of the fixed point, then one of the secant through both.

@@ -36,9 +36,12 @@ class Surfaces:
         self._room_at = np.full(shape[::-1], len(self._rooms), np.int16)
         for number, room in enumerate(self._rooms):
             corners = np.round((np.asarray(room.polygon, float) - self._corner) / FLOOR_PIXEL).astype(np.int32)
-            inside = cv2.fillPoly(np.zeros(self._room_at.shape, np.uint8), [corners], 1).astype(bool)
-            self._floor[inside] = floor_pattern(room.floor, self._room_at.shape, rng)[inside]
-            self._room_at[inside] = number
+            (left, low), (right, high) = corners.min(0), corners.max(0) + 1
+            part = np.s_[low:high, left:right]
+            inside = np.zeros((high - low, right - left), np.uint8)
+            inside = cv2.fillPoly(inside, [corners - (left, low)], 1).astype(bool)
+            self._floor[part][inside] = floor_pattern(room.floor, inside.shape, rng)[inside]
+            self._room_at[part][inside] = number
         factor = FLOOR_PIXEL / FAR_PIXEL
         self._far_floor = cv2.resize(self._floor, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
         looks = [(tuple(room.wall_color), room.floor == "tiles") for room in self._rooms] + [(GROUND, False)]
