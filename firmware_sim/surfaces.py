@@ -57,7 +57,8 @@ class Surfaces:
         self._slope = ((u0 - np.arange(model.width)) / model.focal).astype(np.float32)  # leftward, of each column
         self._rise = ((v0 - np.arange(model.height)) / model.focal).astype(np.float32)  # upward, of each row
         with np.errstate(divide="ignore"):
-            reach = np.where(self._rise > 0, house.wall_height - model.mount_height, -model.mount_height) / self._rise
+            above = np.where(self._rise > 0, house.wall_height - model.mount_height, model.mount_height)
+            reach = above / np.abs(self._rise)
         self._level_depth = np.minimum(reach, FAR).astype(np.float32)  # of floor or ceiling in each row
         self._horizon = int(np.searchsorted(-self._rise, 0))  # first row that looks down
         ceiling = np.array(CEILING) * np.clip(1.04 - 0.035 * self._level_depth, 0.8, 1)[:, None]

@@ -78,3 +78,9 @@ def test_floors_differ_and_are_not_flat(kind):
     pattern = floor_pattern(kind, (120, 150), np.random.default_rng(0))
     assert pattern.shape == (120, 150, 3)
     assert pattern.std() > 3
+
+
+def test_a_picture_with_a_row_exactly_at_the_horizon(empty):
+    rgb, depth = Surfaces(empty, CameraModel(width=65, height=49)).draw(2.0, 2.0, np.pi)
+    assert depth[24, 32] == pytest.approx(1.95)
+    assert rgb.shape == (49, 65, 3)

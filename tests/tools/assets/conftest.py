@@ -79,3 +79,9 @@ def make_library(tmp_path):
         return path
 
     return make
+
+
+@pytest.fixture
+def properties():
+    """The catalog of that library, to add entries to."""
+    return PROPERTIES
