@@ -30,7 +30,7 @@ class CameraCoverage:
 
     def integrate(self, pose, depth, camera: CameraModel, frame: GridFrame) -> None:
         """Mark what one depth image ``(H, W)`` [m], taken from base ``pose (3,)``, has looked at."""
-        self._follow(frame)
+        self.follow(frame)
         reach = self._reach(depth)
         u = np.linspace(0, depth.shape[1] - 1, self.config.columns)
         tan = (camera.centre[0] - u) / camera.focal
@@ -49,7 +49,8 @@ class CameraCoverage:
         # Without any return everything in the column is beyond the sensor, so nothing is in the way.
         return np.where(farthest > 0, farthest, np.inf)
 
-    def _follow(self, frame: GridFrame) -> None:
+    def follow(self, frame: GridFrame) -> None:
+        """Take on the shape of a grid that has grown; what was viewed stays where it is in the map."""
         if frame == self.frame:
             return
         viewed = np.zeros(frame.shape, np.uint8)

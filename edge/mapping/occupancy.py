@@ -139,6 +139,11 @@ class OccupancyGrid:
         """Cells that nothing is known of, bool ``(H, W)``, read-only."""
         return self._cached("unknown", lambda: ~(self.free | self.occupied))
 
+    @property
+    def area(self) -> float:
+        """Floor known to be free [m²]."""
+        return float(np.count_nonzero(self.free)) * self.resolution**2
+
     def clearance(self) -> np.ndarray:
         """Distance [m] from each cell's centre to that of the nearest occupied cell, float32 ``(H, W)``, read-only.
 

@@ -39,12 +39,15 @@ class Detector:
         self._config = config or DetectorConfig()
 
     def score(self, view: View, target: Target) -> float:
-        """[V] Eq. 2's softmax over the two prompts, for the best of the view's regions: a whole picture hides small things."""
-        logit = self._encoder.logit_scale * float((view.vectors @ target.direction).max())
-        return float(1 / (1 + np.exp(-logit)))
+        """[V] Eq. 2 for the best of the view's regions: a whole picture hides small things."""
+        return float(self.softmax((view.vectors @ target.direction).max()))
+
+    def softmax(self, dots):
+        """[V] Eq. 2: the softmax over the two prompts, from dot products of vectors with the target's direction."""
+        return 1 / (1 + np.exp(-self._encoder.logit_scale * np.asarray(dots, float)))
 
     def detect(self, view: View, target: Target, image_size: tuple[int, int]) -> Detection | None:
-        """Box of ``target`` in the picture of ``image_size`` (width, height) px that ``view`` came from, None if not seen."""
+        """Box of ``target`` in the picture of ``image_size`` (width, height) px behind ``view``; None if not seen."""
         score = self.score(view, target)
         if score < self._config.min_score:
             return None

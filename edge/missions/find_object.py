@@ -1,0 +1,143 @@
+"""Find a named object in a known home: the whole of [V], Fig. 1."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from edge.mapping.frontiers import reachable
+from edge.missions.centring import centre
+from edge.missions.mission import Mission, Story
+from edge.missions.motion import drive, face
+from edge.missions.sighting import Sighting, sight
+from edge.observation import STOP
+from edge.perception.detection import Detector
+from edge.perception.prompts import Target
+from edge.planning.local_search import LocalSearch
+from edge.planning.viewpoint import Viewpoint, rank_viewpoints
+
+Status = Literal["found", "not found", "not in memory", "timeout"]
+
+
+@dataclass(frozen=True)
+class FindObjectConfig:
+    """How long and how far to look."""
+
+    hits: int = 50  # k of [V] Sec. III-C
+    hypotheses: int = 3  # viewpoints tried, best first; [V] tries one
+    in_memory: float = 0.5  # score of the best hit; less and the object was never seen: it is no likelier than not
+    sweep: float = np.radians(40)  # rad to either side of the remembered bearing; half a field of view
+    pictures: int = 5  # looked at while standing still; most must show the object
+    time_limit: float = 300.0  # s, [V] Sec. IV
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How the search ended."""
+
+    status: Status
+    hypotheses: list[Viewpoint]  # best first; the best guesses when the object is not in memory
+    places: np.ndarray  # (N, 3) poses of the memory's hits, which the hypotheses' members index
+    sighting: Sighting | None  # the last one, when found
+    duration: float  # s
+    distance: float  # m
+    searches: list[np.ndarray] = field(default_factory=list)  # (R, C) probability maps, one a replan
+
+
+class FindObject(Mission):
+    """Ask the memory, go to the best viewpoint, look, centre; else search nearby, then try the next hypothesis."""
+
+    def __init__(self, robot, target: Target, search_unknown: bool = False, seed: int = 0, config=None):
+        """``search_unknown`` goes to the best guesses even if the object does not seem to be in memory."""
+        self.config = config or FindObjectConfig()
+        self.target = target
+        self.detector = Detector(robot.encoder)
+        self.search_unknown = search_unknown
+        self.hypotheses: list[Viewpoint] = []
+        self.places = np.zeros((0, 3))
+        self.searches: list[np.ndarray] = []
+        self._rng = np.random.default_rng(seed)
+        self._started, self._driven = robot.stamp, robot.distance
+        super().__init__(robot)
+
+    def story(self) -> Story:
+        self.hypotheses = self.recall()
+        if not self.search_unknown and not self.remembered():
+            return self.ended("not in memory")
+        for hypothesis in self.hypotheses[: self.config.hypotheses]:
+            yield from drive(self.robot, hypothesis.pose[:2], heading=hypothesis.pose[2])
+            sighting = (yield from self.look()) or (yield from self.search_nearby(hypothesis))
+            if sighting is not None:
+                sighting = yield from centre(self.robot, self.detector, self.target, sighting)
+            if sighting is not None:
+                return self.ended("found", sighting)
+        return self.ended("not found")
+
+    def recall(self) -> list[Viewpoint]:
+        """Viewpoints from which the memory says that the object was seen, best first ([V] Eqs. 2 and 3)."""
+        robot = self.robot
+        hits = robot.memory.search(self.target.direction, self.config.hits)
+        self.places = robot.memory.poses(hits.ids)
+        self.places[:, 2] += hits.bearings  # a region's hit looks where the region does
+        self._scores = self.detector.softmax(hits.scores)
+        return rank_viewpoints(self.places, self._scores, robot.grid.occupied, robot.grid.frame, robot.camera)
+
+    def remembered(self) -> bool:
+        """Whether the best hypothesis is likelier than not to show the object."""
+        return bool(self.hypotheses) and self.hypotheses[0].score >= self.config.in_memory
+
+    def look(self) -> Story:
+        """Look ahead, then to both sides; the best ``Sighting`` that lasts, or None."""
+        heading = self.robot.pose[2]
+        for side in (0.0, self.config.sweep, -self.config.sweep):
+            yield from face(self.robot, heading + side)
+            sighting = yield from self.stare()
+            if sighting is not None:
+                return sighting
+        return None
+
+    def stare(self) -> Story:
+        """Stand still for some pictures; the last ``Sighting`` if most show the object, else None."""
+        sightings = []
+        for _ in range(self.config.pictures):
+            yield STOP
+            sightings.append(sight(self.robot, self.detector, self.target))
+        seen = [sighting for sighting in sightings if sighting is not None]
+        return seen[-1] if len(seen) > len(sightings) / 2 else None
+
+    def search_nearby(self, hypothesis: Viewpoint) -> Story:
+        """Local search around a viewpoint that did not show the object ([V] Sec. III-E): a ``Sighting`` or None."""
+        robot, grid = self.robot, self.robot.grid
+        search = LocalSearch(
+            grid.occupied,
+            grid.free,
+            grid.frame,
+            robot.pose,
+            self.places[hypothesis.members],
+            self._scores[hypothesis.members],
+            robot.camera,
+        )
+        search.observed(robot.pose)
+        while True:
+            can_reach = reachable(grid, robot.pose, robot.config.radius)
+            pose = search.next_pose(robot.pose, can_reach, grid.clearance(), grid.frame, self._rng)
+            if pose is None:
+                return None
+            self.searches.append(search.probability.copy())
+            yield from drive(robot, pose[:2], heading=pose[2])
+            sighting = yield from self.stare()
+            if sighting is not None:
+                return sighting
+            search.observed(robot.pose)
+
+    def step(self, observation):
+        """One control step; gives up when the time limit has passed."""
+        twist = super().step(observation)
+        if not self.done and self.robot.stamp - self._started > self.config.time_limit:
+            self.outcome = self.ended("timeout")
+            return STOP
+        return twist
+
+    def ended(self, status: Status, sighting: Sighting | None = None) -> Outcome:
+        duration, distance = self.robot.stamp - self._started, self.robot.distance - self._driven
+        return Outcome(status, self.hypotheses, self.places, sighting, duration, distance, self.searches)

@@ -1,0 +1,88 @@
+"""Steps that missions share: turn, and drive somewhere. Each is a story; `yield from` it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from edge.missions.mission import Story
+from edge.observation import STOP, Twist
+from edge.planning.mpepc import Mpepc
+from edge.planning.theta_star import plan
+from edge.pose import wrap
+from edge.robot import Robot
+
+
+@dataclass(frozen=True)
+class MotionConfig:
+    """How a turn ends and when a drive is given up."""
+
+    turn_gain: float = 2.5  # 1/s
+    turn_limit: float = 1.0  # rad/s; faster smears the picture and the scan
+    turn_tolerance: float = np.radians(2.0)  # rad
+    margin: float = 0.07  # m kept beyond the robot's radius where the way is wide enough
+    replan_every: float = 1.0  # s; the map grows while the robot drives
+    progress: float = 0.10  # m or half that in rad; less than this in `patience` means that the robot is stuck
+    patience: float = 6.0  # s
+
+
+CONFIG = MotionConfig()
+
+
+def turn(robot: Robot, angle: float, config: MotionConfig = CONFIG) -> Story:
+    """Turn in place by ``angle`` [rad], which may exceed a full turn; positive is left."""
+    left, last = angle, robot.pose[2]
+    while abs(left) > config.turn_tolerance or abs(robot.twist[1]) > 0.1:
+        omega = np.clip(config.turn_gain * left, -config.turn_limit, config.turn_limit)
+        yield Twist(0.0, float(omega))
+        left -= float(wrap(robot.pose[2] - last))
+        last = robot.pose[2]
+
+
+def face(robot: Robot, heading: float) -> Story:
+    """Turn in place, the short way, to ``heading`` [rad] in the map."""
+    yield from turn(robot, float(wrap(heading - robot.pose[2])))
+
+
+def route(robot: Robot, goal, config: MotionConfig = CONFIG) -> np.ndarray | None:
+    """Theta* path ``(K, 2)`` [m] from the robot to ``goal (2,)``, with a margin if there is room for one, or None."""
+    clearance = robot.grid.clearance()
+    for radius in (robot.config.radius + config.margin, robot.config.radius):
+        path = plan(robot.grid.traversable(radius), robot.grid.frame, robot.pose[:2], goal, clearance)
+        if path is not None:
+            return path
+    return None
+
+
+def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig = CONFIG) -> Story:
+    """Drive to ``goal (2,)`` [m] and, if given, turn to ``heading`` [rad]; True when there, False when it cannot be."""
+    controller = Mpepc()
+    path, planned = None, -np.inf
+    nearest, moved = np.inf, robot.stamp
+    while True:
+        if robot.stamp - planned >= config.replan_every:
+            path, planned = route(robot, goal, config), robot.stamp
+            if path is None:
+                return False
+        twist = controller.step(
+            robot.pose,
+            robot.twist,
+            path,
+            robot.grid.clearance(),
+            robot.grid.frame,
+            goal_heading=heading,
+            bumper=robot.bumper,
+        )
+        if controller.arrived:
+            yield STOP
+            return True
+        remaining = length(path) + (0.5 * abs(wrap(heading - robot.pose[2])) if heading is not None else 0.0)
+        if remaining < nearest - config.progress:
+            nearest, moved = remaining, robot.stamp
+        elif robot.stamp - moved > config.patience:
+            return False
+        yield twist
+
+
+def length(path) -> float:
+    """Length [m] of a polyline ``(K, 2)``."""
+    return float(np.hypot(*np.diff(path, axis=0).T).sum())

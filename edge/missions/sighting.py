@@ -1,0 +1,51 @@
+"""An object seen in a picture, and where that puts it in the map."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from edge.perception.detection import Detection, Detector
+from edge.perception.prompts import Target
+from edge.pose import transform
+from edge.robot import Robot
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """A detection with its place."""
+
+    stamp: float  # s
+    detection: Detection
+    bearing: float  # rad of the box centre from the optical axis, left positive
+    depth: float  # m along the optical axis
+    position: np.ndarray  # (2,) m in the map
+
+
+def sight(robot: Robot, detector: Detector, target: Target) -> Sighting | None:
+    """The target in the robot's newest picture, or None when there is no new picture or it is not in it."""
+    if robot.frame is None:
+        return None
+    height, width = robot.frame.depth.shape
+    detection = detector.detect(robot.view, target, (width, height))
+    if detection is None:
+        return None
+    camera = robot.camera
+    u, _ = detection.centre
+    depth = _depth(robot.frame.depth, detection.box, camera.max_depth)
+    point = camera.unproject(u, camera.centre[1], depth)[None, :2]
+    position = transform(robot.in_map(robot.frame.odom), point)[0]
+    return Sighting(robot.frame.stamp, detection, float(camera.bearing(u)), depth, position)
+
+
+def _depth(depth, box, beyond: float) -> float:
+    """Depth [m] of what a box shows: the near quartile of its middle, as the rest shows what is behind the object.
+
+    Without a return there, the object is ``beyond`` the sensor.
+    """
+    x0, y0, x1, y1 = box
+    across, down = (x1 - x0) / 4, (y1 - y0) / 4
+    rows = slice(max(int(y0 + down), 0), max(int(np.ceil(y1 - down)), 1))
+    cols = slice(max(int(x0 + across), 0), max(int(np.ceil(x1 - across)), 1))
+    middle = depth[rows, cols]
+    returns = middle[np.isfinite(middle) & (middle > 0)]
+    return float(np.quantile(returns, 0.25)) if returns.size else beyond

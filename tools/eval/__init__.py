@@ -1,0 +1,1 @@
+"""Experiments that regenerate the published tables."""

@@ -1,0 +1,42 @@
+"""What is true about a claim to have found something ([V] Sec. IV-A)."""
+
+from dataclasses import dataclass
+from math import exp, nan, pi
+
+import numpy as np
+
+from edge.pose import wrap
+from firmware_sim.world import World
+
+# Of an object's whole silhouette. Near a bed most of it is outside the picture, yet nobody would say it is not in view.
+VISIBLE_SHARE = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Of the instances of a noun, the one that the robot looks at best."""
+
+    in_view: bool  # inside the field of view, and not hidden
+    object_id: str  # "" when the home has none
+    angular_error: float  # rad between the heading and the line of sight to the true centre; NaN without an instance
+
+
+def judge(world: World, noun: str) -> Verdict:
+    """Look through the simulator's eyes for any object whose model is named ``noun``, whatever its case."""
+    best = Verdict(False, "", nan)
+    for object_id, thing in world.house.objects.items():
+        if thing.model.name.lower() != noun.lower():
+            continue
+        x, y, heading = world.truth
+        error = abs(float(wrap(np.arctan2(thing.y - y, thing.x - x) - heading)))
+        inside = error <= world.config.camera_model.hfov / 2
+        in_view = inside and world.visible_fraction(object_id) >= VISIBLE_SHARE
+        if not best.object_id or (not in_view, error) < (not best.in_view, best.angular_error):
+            best = Verdict(in_view, object_id, error)
+    return best
+
+
+def sae(successes, angular_errors) -> float:
+    """Success weighted by angular error, mean of ``S_i exp(-(error_i / 90°)^2)`` over the episodes; errors in rad."""
+    terms = [exp(-((error / (pi / 2)) ** 2)) if success else 0.0 for success, error in zip(successes, angular_errors)]
+    return sum(terms) / len(terms) if terms else nan
