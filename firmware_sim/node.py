@@ -36,7 +36,7 @@ class NodeConfig:
 
     name: str = "robot1"  # key root
     speed: float = 1.0  # simulated seconds a second, at most
-    period: float = 0.05  # s between odometry and IMU messages
+    period: float = 0.02  # s between odometry and IMU messages; 50 Hz, as usual for small bases
     slow_period: float = 1.0  # s between camera_info and battery messages
     # Faster than real time, a robot that thinks 50 ms would act on a world 50 ms * speed older. So while commands flow,
     # the world goes on for no more than `ahead` without one; a robot silent for `patience` is not waited for.

@@ -35,6 +35,7 @@ class LinkConfig:
         settings = {
             "transport/shared_memory/enabled": False,  # costs 45 MB a process, and would flatter network figures
             "transport/link/tx/lease": LEASE,
+            "connect/retry": {"period_init_ms": 250, "period_max_ms": 1000, "period_increase_factor": 2},
         }
         # Peers that may not look for each other only meet through the one that listens, and it must route for them.
         meeting_place = self.listen and not self.multicast_scouting and self.config is None

@@ -1,0 +1,295 @@
+"""The wiring, with a robot and missions that are as simple as can be."""
+
+import threading
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from edge.camera import CameraModel
+from edge.link import messages, requests
+from edge.link.conversions import (
+    camera_to_message,
+    color_to_message,
+    depth_to_message,
+    odometry_to_message,
+    scan_to_message,
+    twist_from_message,
+)
+from edge.link.exchange import NoAnswer, ask
+from edge.link.messages import decode, encode
+from edge.link.requests import RequestError
+from edge.mapping.occupancy import OccupancyGrid
+from edge.memory.store import Vlpg
+from edge.node import Missions, Node, NodeConfig
+from edge.observation import STOP, LaserScan, Twist
+
+CAMERA = CameraModel(width=32, height=24)
+
+
+class FakeRobot:
+    """Believes odometry, and has room for what the node reports."""
+
+    def __init__(self):
+        self.encoder = SimpleNamespace(name="tower", digest="abc", dim=4)
+        self.memory = Vlpg.open(":memory:", "tower", "abc", 4)
+        self.camera, self.grid = CameraModel(), OccupancyGrid()
+        self.coverage = SimpleNamespace(viewed=np.zeros((0, 0), np.uint8))
+        self.stamp, self.pose, self.distance = 0.0, np.zeros(3), 0.0
+        self.observations = []
+
+    def perceive(self, observation):
+        self.observations.append(observation)
+        self.stamp, self.pose = observation.stamp, observation.odom
+        if observation.scan is not None:
+            self.grid.integrate_scan(self.pose, observation.scan)
+
+
+class Drive:
+    """Drives for ``steps`` control steps, then ends with ``outcome``."""
+
+    def __init__(self, robot, steps, outcome, breaks=False):
+        self.robot, self.steps, self.ends_with, self.breaks = robot, steps, outcome, breaks
+        self.outcome = None
+
+    @property
+    def done(self):
+        return self.outcome is not None
+
+    def step(self, observation):
+        self.robot.perceive(observation)
+        if self.breaks:
+            raise ZeroDivisionError("the planner divided by zero")
+        self.steps -= 1
+        if self.steps <= 0:
+            self.outcome = self.ends_with
+            return STOP
+        return Twist(0.2, 0.1)
+
+
+def mapped(complete=True):
+    return SimpleNamespace(complete=complete)
+
+
+def found(robot):
+    sighting = SimpleNamespace(
+        position=np.array([1.0, 2.0]),
+        bearing=0.1,
+        depth=1.5,
+        detection=SimpleNamespace(score=0.9, box=(1.0, 2.0, 3.0, 4.0)),
+    )
+    place = SimpleNamespace(pose=np.array([1.0, 0.0, 0.5]), score=0.8, members=np.array([1, 0]))
+    return SimpleNamespace(
+        status="found",
+        hypotheses=[place],
+        places=np.array([[1.0, 0.0, 0.5], [1.1, 0.0, 0.6]]),
+        sighting=sighting,
+        duration=12.0,
+        distance=3.0,
+    )
+
+
+class Rig:
+    """A node in a thread, and a base that publishes at the pace of the test."""
+
+    def __init__(self, sessions, missions, mapped=False):
+        self.node_session, self.session = sessions
+        self.robot = FakeRobot()
+        self.node = Node(self.node_session, self.robot, missions, mapped, NodeConfig(name="r", silent=0.3))
+        self.stop, self.commands, self.time = threading.Event(), [], 0.0
+        self._subscriber = self.session.declare_subscriber("r/cmd_vel", self._take)
+        self._publishing = threading.Event()
+        self._threads = [
+            threading.Thread(target=self.node.run, args=(self.stop,)),
+            threading.Thread(target=self._publish),
+        ]
+        self._publishing.set()
+        for thread in self._threads:
+            thread.start()
+        self.until(self._answers)
+
+    def _answers(self):
+        try:
+            return self.status() is not None
+        except NoAnswer:  # its queryables are not known yet
+            return False
+
+    def _take(self, sample):
+        self.commands.append(twist_from_message(decode(messages.Twist, sample.payload.to_bytes())))
+
+    def _publish(self):
+        rgb, depth = np.full((24, 32, 3), 100, np.uint8), np.ones((24, 32), np.float32)
+        while not self.stop.wait(0.02):
+            if not self._publishing.is_set():
+                continue
+            self.time += 0.1
+            scan = LaserScan(self.time, np.full(36, 2.0, np.float32), -np.pi, np.pi / 18, 8.0, None)
+            for topic, message in (
+                ("camera/camera_info", camera_to_message(self.time, CAMERA)),
+                ("camera/depth/image_raw", depth_to_message(self.time, depth)),
+                ("camera/color/image/compressed", color_to_message(self.time, rgb)),
+                ("scan", scan_to_message(scan, 0.1)),
+                ("odom", odometry_to_message(self.time, (0.1 * self.time, 0.0, 0.0), (0.1, 0.0))),
+            ):
+                self.session.put(f"r/{topic}", encode(message))
+
+    def ask(self, key, body, kind, timeout=10):
+        return ask(self.session, f"r/{key}", body, kind, timeout)
+
+    def status(self):
+        return self.ask("status", requests.Status(), requests.StatusReply)
+
+    def until(self, condition):
+        deadline = time.monotonic() + 10
+        while not condition():
+            assert time.monotonic() < deadline, "it never came true"
+            time.sleep(0.01)
+
+    def silence(self):
+        self._publishing.clear()
+
+    def close(self):
+        self.stop.set()
+        self.node.wake()
+        for thread in self._threads:
+            thread.join(10)
+
+
+@pytest.fixture
+def rig(sessions):
+    rigs = []
+
+    def start(missions, mapped=False):
+        rigs.append(Rig(sessions, missions, mapped))
+        return rigs[-1]
+
+    yield start
+    for started in rigs:
+        started.close()
+
+
+def missions(map_steps=5, find_steps=5, find=None, **kwargs):
+    return Missions(
+        lambda robot: Drive(robot, map_steps, mapped(), **kwargs),
+        find or (lambda robot, request: Drive(robot, find_steps, found(robot), **kwargs)),
+    )
+
+
+def test_it_maps_then_finds_and_tells(rig):
+    rig = rig(missions())
+    rig.until(lambda: rig.status().state == "idle")
+    status = rig.status()
+    assert status.mapped and status.outcome == "mapped" and status.problem == ""
+    assert status.area > 1.0 and status.memory > 10 and status.step_time > 0
+    assert Twist(0.2, 0.1) in rig.commands
+    assert rig.robot.memory.load_map() is not None
+    reply = rig.ask("find", requests.Find("cup"), requests.FindReply)
+    assert (reply.status, reply.object, reply.position, reply.score) == ("found", "cup", (1.0, 2.0), 0.9)
+    assert reply.box == (1.0, 2.0, 3.0, 4.0) and reply.jpeg[:2] == b"\xff\xd8"
+    assert reply.hypotheses[0].members == [(1.1, 0.0, 0.6), (1.0, 0.0, 0.5)]
+    assert rig.status().outcome == "found"
+
+
+def test_the_mission_gets_whole_observations_at_the_control_rate(rig):
+    rig = rig(missions(map_steps=20))
+    rig.until(lambda: rig.status().state == "idle")
+    seen = rig.robot.observations
+    steps = np.diff([observation.stamp for observation in seen])
+    assert (steps > 0.075).all() and np.median(steps) < 0.25
+    assert sum(observation.scan is not None for observation in seen) > len(seen) * 0.6
+    assert sum(observation.frame is not None for observation in seen) > len(seen) * 0.6
+    assert (rig.robot.camera.width, rig.robot.camera.height) == (32, 24)  # the announced camera
+
+
+def test_map_and_graph(rig):
+    rig = rig(missions(), mapped=True)
+    rig.until(lambda: rig.status().stamp > 0.5)
+    rig.robot.memory.add(0.0, (1, 2, 3), np.eye(3), np.eye(4)[:2], [0.0, 0.1])
+    reply = rig.ask("map", requests.Map(), requests.MapReply)
+    assert set(np.unique(reply.cells.numpy())) == {-1, 0, 100}
+    assert reply.path.numpy().shape[1] == 2 and reply.resolution == 0.05
+    graph = rig.ask("graph", requests.Graph(vectors_from=0), requests.GraphReply)
+    np.testing.assert_allclose(graph.poses.numpy(), [[1, 2, 3]])
+    assert graph.vectors.data.numpy().shape == (2, 4) and graph.vectors.owners.numpy().tolist() == [0, 0]
+    assert rig.ask("graph", requests.Graph(), requests.GraphReply).vectors is None
+    assert len(rig.ask("graph", requests.Graph(vectors_from=1), requests.GraphReply).vectors.owners.numpy()) == 0
+
+
+def test_one_thing_at_a_time_and_cancel(rig):
+    rig = rig(missions(find_steps=10**6), mapped=True)
+    rig.until(lambda: rig.status().stamp > 0)
+    answer = []
+    asking = threading.Thread(
+        target=lambda: answer.append(rig.ask("find", requests.Find("cup"), requests.FindReply))
+    )
+    asking.start()
+    rig.until(lambda: rig.status().state == "finding")
+    with pytest.raises(RequestError, match="looking for cup.*cancel"):
+        rig.ask("find", requests.Find("sofa"), requests.FindReply)
+    assert rig.ask("cancel", requests.Cancel(), requests.CancelReply).cancelled
+    asking.join(10)
+    assert answer[0].status == "cancelled" and answer[0].duration >= 0
+    assert not rig.ask("cancel", requests.Cancel(), requests.CancelReply).cancelled
+    rig.until(lambda: rig.commands[-1] == STOP)
+
+
+def test_an_object_that_cannot_be_looked_for_is_refused(rig):
+    def find(robot, request):
+        raise ValueError("no such word")
+
+    rig = rig(missions(find=find), mapped=True)
+    rig.until(lambda: rig.status().stamp > 0)
+    with pytest.raises(RequestError, match="no such word") as caught:
+        rig.ask("find", requests.Find("xyzzy"), requests.FindReply)
+    assert caught.value.field == "object"
+    assert rig.status().state == "idle"
+
+
+def test_a_silent_base_is_told_to_stop_and_so_are_people(rig):
+    rig = rig(missions(map_steps=10**6))
+    rig.until(lambda: Twist(0.2, 0.1) in rig.commands)
+    rig.silence()
+    rig.until(lambda: rig.commands[-1] == STOP)
+    status = rig.status()
+    assert status.state == "mapping" and "no odometry" in status.problem
+    rig._publishing.set()
+    rig.until(lambda: rig.commands[-1] == Twist(0.2, 0.1))
+
+
+def test_a_mission_that_breaks_stops_the_robot_and_keeps_the_map(rig, caplog):
+    rig = rig(missions(breaks=True))
+    rig.until(lambda: rig.status().state == "failed")
+    rig.until(lambda: rig.commands and rig.commands[-1] == STOP)
+    assert "divided by zero" in rig.status().problem
+    assert rig.robot.memory.load_map() is not None
+    with pytest.raises(RequestError, match="divided by zero"):
+        rig.ask("find", requests.Find("cup"), requests.FindReply)
+
+
+def test_a_base_that_starts_anew_ends_the_mission(rig):
+    rig = rig(missions(map_steps=10**6))
+    rig.until(lambda: rig.time > 3 and rig.status().stamp > 2)
+    rig.time = 0.0
+    rig.until(lambda: rig.status().state == "failed")
+    assert "restart" in rig.status().problem
+
+
+def test_stopping_the_process_stops_the_robot_and_refuses_who_waits(rig):
+    rig = rig(missions(find_steps=10**6), mapped=True)
+    rig.until(lambda: rig.status().stamp > 0)
+    errors = []
+
+    def ask_for_it():
+        try:
+            rig.ask("find", requests.Find("cup"), requests.FindReply)
+        except (RequestError, NoAnswer) as error:
+            errors.append(str(error))
+
+    asking = threading.Thread(target=ask_for_it)
+    asking.start()
+    rig.until(lambda: rig.status().state == "finding")
+    rig.close()
+    asking.join(10)
+    assert "shutting down" in errors[0]
+    rig.until(lambda: rig.commands[-1] == STOP)
