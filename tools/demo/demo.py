@@ -65,7 +65,7 @@ def run_demo(config: DemoConfig) -> int:
     except (ProcessDied, NoAnswer, RequestError) as error:
         failed = True
         recorder.notes.append(str(error).splitlines()[0])
-        console.print(str(error), style="red", highlight=False, markup=False)
+        console.print(str(error), style="red", highlight=False, markup=False, soft_wrap=True)
     except KeyboardInterrupt:
         interrupted = True
         recorder.notes.append("The run was interrupted.")
@@ -73,7 +73,8 @@ def run_demo(config: DemoConfig) -> int:
     run.save(recorder.folder)
     page = write_page(run, recorder.folder)
     confirmed = sum(search.verdict == "confirmed" for search in run.searches)
-    console.print(f"{confirmed} of {len(run.searches)} found, in {run.wall:.0f} s. Report: {page}", highlight=False)
+    summary = f"{confirmed} of {len(run.searches)} found, in {run.wall:.0f} s of wall time. Report: {page}"
+    console.print(summary, highlight=False, markup=False, soft_wrap=True)
     if interrupted:
         return INTERRUPTED
     return FAILED if failed or any(search.verdict == "wrong" for search in run.searches) else 0
@@ -97,13 +98,14 @@ class Demo:
             with Sampler(pids) as memory:
                 self.recorder.histories = memory.histories
                 self.map_home()
+                self.recorder.know(self.robot.map(), self.robot.graph())
                 objects = self.config.objects or default_objects(self.recorder.house)
                 for number, words in enumerate(objects):
                     if self.ends - time.monotonic() < self.config.least_search:
                         self.out_of_time(objects[number:])
                         break
                     self.find(words)
-                self.recorder.know(self.robot.map(), self.robot.graph())
+                self.recorder.know(self.robot.map(), self.robot.graph())  # it has gone on seeing
 
     def start_base(self, endpoint: str) -> None:
         config = self.config

@@ -60,8 +60,8 @@ class Display:
         self._progress.update(self._task, description=activity, detail=detail, total=total, completed=share or 0.0)
         if not self.console.is_terminal and time.monotonic() - self._last >= self._every:
             self._last = time.monotonic()
-            self.console.print(f"{activity}: {detail}", highlight=False, markup=False)
+            self.say(f"{activity}: {detail}")
 
     def say(self, line: str, style: str | None = None) -> None:
         """A line that stays."""
-        self._progress.console.print(line, style=style, highlight=False, markup=False)
+        self.console.print(line, style=style, highlight=False, markup=False, soft_wrap=True)

@@ -16,7 +16,7 @@ body { margin:0; background:var(--page); color:var(--text);
 main { max-width:1080px; margin:0 auto; padding:32px 20px 64px; }
 h1 { font-size:1.7rem; line-height:1.25; margin:0 0 4px; } h2 { font-size:1.2rem; margin:40px 0 12px; }
 h3 { font-size:1.05rem; margin:0; }
-p { margin:0 0 10px; max-width:46rem; } .quiet { color:var(--quiet); }
+p { margin:0 0 10px; max-width:46rem; } .figure + p { margin-top:10px; } .quiet { color:var(--quiet); }
 .note { border-left:4px solid var(--bad); padding:6px 12px; background:var(--panel); max-width:none; }
 .scroll { overflow-x:auto; }
 table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums; }

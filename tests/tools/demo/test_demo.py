@@ -1,0 +1,210 @@
+"""The story of a demo with a robot that is made up; tests/tools/demo/test_three_processes.py has a real one."""
+
+import io
+import json
+import time
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+from rich.console import Console
+
+from edge.camera import CameraModel
+from edge.link.exchange import NoAnswer
+from edge.link.requests import Array, FindReply, GraphReply, Hypothesis, MapReply, RequestError
+from edge.pose import between
+from firmware_sim.house import House, HouseError
+from tools.demo import demo as demo_module
+from tools.demo.demo import Demo, DemoConfig, DemoError, load_home, run_demo
+from tools.demo.processes import ProcessDied, Supervisor
+from tools.demo.progress import Display
+from tools.demo.recorder import Recorder
+
+JPEG = cv2.imencode(".jpg", np.zeros((240, 320, 3), np.uint8))[1].tobytes()
+
+
+class MadeUpRobot:
+    """Maps for three questions, then claims to have found whatever it is asked for."""
+
+    def __init__(self, house):
+        self.house = house
+        self.asked, self.cancelled, self.answer = [], 0, "found"
+        self.states = ["mapping", "mapping", "mapping", "idle"]
+
+    def status(self):
+        state = self.states.pop(0) if len(self.states) > 1 else self.states[0]
+        home = {"viewed": 40.0 if state == "idle" else 10.0, "area": 40.0, "nodes": 30, "mapped": True}
+        return SimpleNamespace(state=state, **home, distance=20.0, stamp=80.0, problem="it fell over")
+
+    def cancel(self):
+        self.cancelled += 1
+        self.states = ["idle"]
+        self.answer = "cancelled"
+
+    def find(self, words):
+        self.asked.append(words)
+        if self.answer == "slow":
+            while self.answer == "slow":
+                time.sleep(0.01)
+        pose = (1.0, 0.0, 0.0)
+        if self.answer != "found":
+            return FindReply(self.answer, words, pose, 5.0, 2.0, [], jpeg=JPEG)
+        hypotheses = [Hypothesis(pose, 0.9, [pose])]
+        return FindReply("found", words, pose, 5.0, 2.0, hypotheses, (2.0, 0.0), 0.0, 1.0, 0.9, (1, 2, 30, 40), JPEG)
+
+    def map(self):
+        return MapReply(Array.of(np.zeros((20, 30), np.int8)), (0.0, 0.0), 0.05, Array.of(np.zeros((0, 2), np.float32)))
+
+    def graph(self):
+        poses = np.zeros((2, 3))
+        return GraphReply(Array.of(np.arange(2)), Array.of(poses), Array.of(np.zeros((0, 2), int)), "", "")
+
+
+class MadeUpTruth:
+    """A robot that stands 1 m west of the teddy bear and looks at it, whatever it was asked for."""
+
+    def __init__(self, house):
+        self.house, self.config = house, SimpleNamespace(camera_model=CameraModel())
+        bear = house.objects["teddy-bear-1"]
+        self.truth = np.array([bear.x - 1.0, bear.y, 0.0])
+
+    def look(self, object_ids):
+        self.looked_at = list(object_ids)
+
+    def visible_fraction(self, object_id):
+        return 0.9 if object_id == "teddy-bear-1" else 0.0
+
+    def position(self):
+        return self.truth[:2]
+
+
+@pytest.fixture
+def house():
+    return House.load("apartment")
+
+
+@pytest.fixture
+def demo(house, tmp_path):
+    recorder = Recorder(house, 0, 4.0, tmp_path)
+    display = Display(Console(file=io.StringIO(), force_terminal=False))
+    demo = Demo(DemoConfig(), recorder, Supervisor(tmp_path), display)
+    demo.robot, demo.truth = MadeUpRobot(house), MadeUpTruth(house)
+    demo.printed = display.console.file.getvalue
+    return demo
+
+
+def test_mapping_is_waited_for_and_told(demo):
+    demo.map_home()
+    assert demo.robot.cancelled == 0
+    mapping = demo.recorder.finish().mapping
+    assert (mapping.complete, mapping.area, mapping.nodes, mapping.duration) == (True, 40.0, 30, 80.0)
+    assert "40.0 m² of free floor, 30 nodes" in demo.printed()
+
+
+def test_mapping_that_takes_too_long_is_broken_off(demo, house, tmp_path):
+    demo.config = DemoConfig(time_limit=0.1)
+    demo.robot.states = ["mapping"]
+    demo.map_home()
+    assert demo.robot.cancelled == 1
+    assert not demo.recorder.finish().mapping.complete
+    assert "broken off" in demo.recorder.notes[0]
+
+
+def test_a_robot_that_fails_while_mapping_ends_the_demo(demo):
+    demo.robot.states = ["mapping", "failed"]
+    with pytest.raises(RequestError, match="it fell over"):
+        demo.map_home()
+
+
+def test_a_true_claim_is_confirmed_and_kept(demo, house, tmp_path):
+    demo.find("teddy bear")
+    search = demo.recorder.finish().searches[0]
+    assert (search.verdict, search.status, search.visible) == ("confirmed", "found", 0.9)
+    assert search.picture == "1-teddy-bear.jpg" and search.picture_size == (320, 240)
+    assert (tmp_path / search.picture).read_bytes() == JPEG
+    # The robot's map begins at the dock.
+    assert between(house.start, search.pose) == pytest.approx((1.0, 0.0, 0.0), abs=1e-3)
+    assert search.hypotheses[0].pose == pytest.approx(search.pose)
+    assert demo.truth.looked_at == ["teddy-bear-1"]
+    assert "found          teddy bear: 5 s, 2.0 m, 0° off, confirmed." in demo.printed()
+
+
+def test_a_false_claim_is_called_wrong(demo):
+    demo.find("wardrobe")
+    assert demo.recorder.finish().searches[0].verdict == "wrong"
+
+
+def test_a_search_that_outlasts_the_demo_is_cancelled(demo):
+    demo.robot.answer = "slow"
+    demo.ends = time.monotonic() + 0.2
+    demo.find("teddy bear")
+    search = demo.recorder.finish().searches[0]
+    assert (search.status, search.verdict) == ("cancelled", "no claim")
+
+
+def test_what_there_was_no_time_for_is_told(demo):
+    demo.out_of_time(["desk"])
+    demo.out_of_time(["desk", "lamp"])
+    assert demo.recorder.notes == [
+        "Time ran out: desk was not asked for.",
+        "Time ran out: desk, lamp were not asked for.",
+    ]
+
+
+def _run(monkeypatch, tmp_path, story, **settings):
+    """Exit code and report of a demo whose run is ``story(demo)``."""
+
+    def run(demo):
+        demo.robot, demo.truth = MadeUpRobot(demo.recorder.house), MadeUpTruth(demo.recorder.house)
+        story(demo)
+
+    monkeypatch.setattr(demo_module.Demo, "run", run)
+    code = run_demo(DemoConfig(out=tmp_path, **settings))
+    (folder,) = tmp_path.iterdir()
+    assert (folder / "report.html").is_file()
+    return code, json.loads((folder / "report.json").read_text())
+
+
+def test_exit_code_of_a_true_claim(monkeypatch, tmp_path):
+    code, report = _run(monkeypatch, tmp_path, lambda demo: demo.find("teddy bear"))
+    assert code == 0 and report["searches"][0]["verdict"] == "confirmed"
+
+
+def test_exit_code_of_a_false_claim(monkeypatch, tmp_path):
+    code, report = _run(monkeypatch, tmp_path, lambda demo: demo.find("elephant"))
+    assert code == 1 and report["searches"][0]["verdict"] == "wrong"
+
+
+@pytest.mark.parametrize("error", [ProcessDied("The sim process ended.\nlast words"), NoAnswer("nobody")])
+def test_exit_code_and_report_of_a_process_that_died(monkeypatch, tmp_path, capsys, error):
+    def story(demo):
+        demo.find("teddy bear")
+        raise error
+
+    code, report = _run(monkeypatch, tmp_path, story)
+    assert code == 1
+    assert report["notes"] == [str(error).splitlines()[0]]
+    assert len(report["searches"]) == 1
+    assert str(error) in capsys.readouterr().out
+
+
+def test_exit_code_and_report_after_ctrl_c(monkeypatch, tmp_path):
+    def story(demo):
+        raise KeyboardInterrupt
+
+    code, report = _run(monkeypatch, tmp_path, story)
+    assert code == 130 and report["notes"] == ["The run was interrupted."]
+
+
+def test_words_without_a_word_start_nothing(tmp_path):
+    with pytest.raises(DemoError, match="empty"):
+        run_demo(DemoConfig(objects=("desk", " "), out=tmp_path))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_homes_by_name_and_seed():
+    assert load_home("cottage").name == "cottage"
+    assert load_home("generated:7").name == "home-7"
+    with pytest.raises(HouseError):
+        load_home("generated:seven")
