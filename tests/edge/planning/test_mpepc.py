@@ -12,6 +12,7 @@ from edge.mapping.grid import GridFrame
 from edge.planning.centring import ImageTarget
 from edge.planning.mpepc import Mpepc, MpepcConfig
 from edge.planning.theta_star import plan
+from edge.planning.trajectory_cost import CostConfig
 from edge.pose import between, wrap
 
 CONFIG = MpepcConfig()
@@ -145,6 +146,19 @@ def test_stops_before_a_wall_that_the_path_ignores():
     assert not result.arrived
     assert np.abs(result.commands[-20:, 0]).max() < 0.03
     assert result.controller.stalled > 1.0
+
+
+def test_brakes_along_its_arc_when_even_the_best_trajectory_collides():
+    occupied = empty_room()
+    occupied[:, 80:82] = True
+    careless = MpepcConfig(cost=CostConfig(collision=0.0))
+    controller, here = Mpepc(careless), np.array([FRAME.to_world(0, 80)[0] - 0.4, 1.0, 0.0])
+    path = np.array([[0.5, 1.0], [5.0, 1.0]])
+    speeds = [0.6]
+    for _ in range(2):
+        command = controller.step(here, [speeds[-1], 0.0], path, clearance_of(occupied), FRAME)
+        speeds.append(command.v)
+    assert speeds[2] <= speeds[1] - 0.079
 
 
 def test_gets_away_from_an_obstacle_that_is_nearer_than_the_margin():

@@ -120,13 +120,13 @@ def test_best_viewpoint_equals_brute_force_of_equation_3():
     rng = np.random.default_rng(3)
     occupied = np.zeros(FRAME.shape, bool)
     occupied[:, 140:142] = True
-    poses = around(0, 0, 0.3, 7, rng, 0.4)
+    poses = around(1.0, 0, 0.1, 7, rng, 0.4)
+    poses[0, 2] = pi  # sees more than the others, but alone
     fields = [field_of_view(occupied, FRAME, pose, CAMERA) for pose in poses]
-    overlaps = [
-        (fields[i] & np.any([fields[j] for j in range(7) if j != i], axis=0)).sum() for i in range(7)
-    ]
-    config = ViewpointConfig(cluster_radius=3.0)
-    best = rank_viewpoints(poses, np.linspace(0.5, 0.6, 7), occupied, FRAME, CAMERA, config)
+    overlaps = [(fields[i] & np.any([fields[j] for j in range(7) if j != i], axis=0)).sum() for i in range(7)]
+    assert np.argmax([field.sum() for field in fields]) == 0 != np.argmax(overlaps)
+    config = ViewpointConfig(cluster_radius=5.0)
+    best = rank_viewpoints(poses, np.linspace(0.6, 0.5, 7), occupied, FRAME, CAMERA, config)
     assert len(best) == 1
     np.testing.assert_array_equal(best[0].pose, poses[int(np.argmax(overlaps))])
 
