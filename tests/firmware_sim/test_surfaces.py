@@ -53,19 +53,27 @@ def test_walls_have_their_rooms_colour(plan, boxes, camera_model):
     assert blue_wall[2] > 2 * blue_wall[0]
 
 
-def test_the_floor_is_where_its_map_says(plan, boxes, camera_model):
-    """The line between a dark and a light floor projects to where the pinhole model puts it."""
+@pytest.mark.parametrize("pose", [(2.0, 2.0, 0.0), (3.6, 0.4, 1.3), (4.5, 3.6, -1.7), (5.5, 1.5, 2.9)])
+def test_the_floor_is_where_its_map_says(plan, boxes, camera_model, pose):
+    """A carpet west of x = 4 and light tiles east of it, seen from anywhere: each pixel shows what lies there."""
     from firmware_sim.house import House
 
     plan["rooms"][0]["floor"], plan["rooms"][1]["floor"] = "carpet", "tiles"
-    surfaces = Surfaces(House.from_dict(plan, boxes), camera_model)
-    rgb, _ = surfaces.draw(2.0, 2.0, 0.0)
-    column = rgb[:, 160].astype(float).sum(1)
-    boundary = camera_model.centre[1] + camera_model.focal * camera_model.mount_height / 2.0  # at x = 4
-    above, below = int(boundary) - 5, int(boundary) + 6
-    assert column[above - 3 : above].mean() > column[below : below + 3].mean() + 60
-    split = np.abs(np.diff(column[above:below])).argmax() + above + 0.5
-    assert split == pytest.approx(boundary, abs=1.5)
+    plan["walls"] = plan["walls"][:4]  # none between the rooms
+    plan["doors"] = []
+    rgb, depth = Surfaces(House.from_dict(plan, boxes), camera_model).draw(*pose)
+    u, v = np.meshgrid(np.arange(camera_model.width), np.arange(140, camera_model.height))
+    z = camera_model.focal * camera_model.mount_height / (v - camera_model.centre[1])
+    left = (camera_model.centre[0] - u) / camera_model.focal * z
+    x = pose[0] + np.cos(pose[2]) * z - np.sin(pose[2]) * left
+    floor = np.abs(depth[140:] - z) < 1e-3
+    light = rgb[140:].mean(2)
+    west, east = light[floor & (x < 3.85)], light[floor & (x > 4.15)]
+    assert min(len(west), len(east)) > 1000
+    assert np.quantile(west, 0.98) < 170 < np.quantile(east, 0.15)
+    line = floor & (z < 2.5) & (np.abs(x - 4) > 0.015) & (np.abs(x - 4) < 0.05)  # nearby, the border is sharp
+    assert line.sum() > 100
+    assert ((light > 170) == (x > 4))[line].mean() > 0.9
 
 
 def test_the_ceiling_is_light(empty, camera_model):
