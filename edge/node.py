@@ -85,7 +85,7 @@ class Node:
         self._alive = declare_alive(session, f"{self.config.name}/alive/edge")
 
     def run(self, stop: threading.Event):
-        """Works until ``stop`` is set, then stops the robot and saves the map. Wake it with ``wake``."""
+        """Works until ``stop`` is set, then stops the robot and saves the map."""
         try:
             while not stop.is_set():
                 self._wake.wait(0.1)
@@ -103,10 +103,6 @@ class Node:
             if self._finding is not None:
                 self._finding[1].refuse("the robot process is shutting down")
             self._alive.undeclare()
-
-    def wake(self):
-        """Ends the current wait, from any thread or signal handler."""
-        self._wake.set()
 
     def _step(self, observation):
         started = time.perf_counter()
@@ -263,8 +259,9 @@ def _run(options):
     manifest = Manifest.load(resolve(options.model) if options.model else resolve())
     manifest.verify()
     images = Encoder(manifest, text=False)
+    stop = stop_event()
     with (
-        open_session(link_config(options)) as session,
+        open_session(link_config(options), stop) as session,
         Vlpg.open(options.memory, images.name, images.digest, images.dim) as memory,
     ):
         encoder = OffloadedEncoder(session, images, options.offload, lambda: TextTower(manifest))
@@ -276,7 +273,7 @@ def _run(options):
             MapHome, lambda robot, find: FindObject(robot, Target.of(find.object, encoder), find.search_unknown)
         )
         node = Node(session, robot, missions, saved is not None, NodeConfig(name=options.name))
-        node.run(stop_event(node.wake))
+        node.run(stop)
 
 
 if __name__ == "__main__":

@@ -9,17 +9,11 @@ from pathlib import Path
 _ROLLUP = Path("/proc/self/smaps_rollup")
 
 
-def stop_event(wake=None):
-    """An Event that SIGTERM and SIGINT set; ``wake`` is called too. Only from the main thread."""
+def stop_event():
+    """An Event that SIGTERM and SIGINT set. Only from the main thread."""
     event = threading.Event()
-
-    def stop(*_):
-        event.set()
-        if wake is not None:
-            wake()
-
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, stop)
+        signal.signal(number, lambda *_: event.set())
     return event
 
 

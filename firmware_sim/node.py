@@ -186,7 +186,7 @@ def main(arguments=None):
     stop = stop_event()
     try:
         world = World(House.load(options.home), options.seed, WorldConfig(noise=not options.no_noise))
-        with open_session(link_config(options)) as session:
+        with open_session(link_config(options), stop) as session:
             Node(session, world, NodeConfig(name=options.name, speed=options.speed)).run(stop)
     except (HouseError, FurnitureError, LinkError) as error:
         parser.exit(2, f"vlpg sim: {error}\n")

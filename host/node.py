@@ -50,7 +50,7 @@ def main(arguments=None):
     try:
         manifest = Manifest.load(resolve(options.model) if options.model else resolve())
         manifest.verify()
-        with open_session(link_config(options)) as session:
+        with open_session(link_config(options), stop) as session:
             Node(session, TextTower(manifest), manifest, options.id).run(stop)
     except (LinkError, ModelError) as error:
         parser.exit(2, f"vlpg host: {error}\n")

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import logging
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,9 @@ from typing import Literal
 
 import zenoh
 
+log = logging.getLogger(__name__)
+
+RETRY = 0.5  # s between attempts to connect
 LEASE = 2000  # ms without a sign of life before a peer counts as gone; zenoh's default of 10 s is long for a robot
 
 
@@ -22,7 +26,7 @@ class LinkConfig:
 
     connect: tuple[str, ...] = ()  # endpoints such as tcp/192.168.1.5:7447
     listen: tuple[str, ...] = ()  # endpoints; a peer with neither listen nor scouting listens nowhere
-    mode: Literal["peer", "client", "router"] | None = None  # default: the file's, router if it listens alone, or peer
+    mode: Literal["peer", "client", "router"] | None = None  # default: the file's, or what suits the endpoints
     config: Path | None = None  # a zenoh JSON5 file; the other fields take precedence
     multicast_scouting: bool = True  # False also stops gossip: only the stated endpoints are used
 
@@ -37,10 +41,12 @@ class LinkConfig:
             "transport/link/tx/lease": LEASE,
             "connect/retry": {"period_init_ms": 250, "period_max_ms": 1000, "period_increase_factor": 2},
         }
-        # Peers that may not look for each other only meet through the one that listens, and it must route for them.
-        meeting_place = self.listen and not self.multicast_scouting and self.config is None
-        if self.mode or meeting_place:
-            settings["mode"] = self.mode or "router"
+        mode = self.mode
+        if mode is None and self.config is None and not self.multicast_scouting:
+            # Who may not look for the others meets them through the one that listens, and it must route for them.
+            mode = "router" if self.listen else "client"
+        if mode:
+            settings["mode"] = mode
         if self.connect:
             settings["connect/endpoints"] = list(self.connect)
         if self.listen or not self.multicast_scouting:
@@ -77,16 +83,25 @@ def link_config(arguments: argparse.Namespace):
     )
 
 
-def open_session(link: LinkConfig):
+def open_session(link: LinkConfig, stop=None):
     """A ``zenoh.Session``; close it, or use it as a context manager.
+
+    With ``stop``, an Event, a client waits for the other side to come up, until the event is set.
 
     Raises LinkError when an endpoint is malformed or busy, or a client finds no one to connect to.
     """
-    config = link.to_zenoh()
-    try:
-        return zenoh.open(config)
-    except zenoh.ZError as error:
-        raise LinkError(_explain(link, str(error))) from error
+    config, waiting = link.to_zenoh(), False
+    while True:
+        try:
+            return zenoh.open(config)
+        except zenoh.ZError as error:
+            alone = "Unable to connect" in str(error)
+            if not alone or stop is None or stop.is_set():
+                raise LinkError(_explain(link, str(error))) from error
+        if not waiting:
+            log.info("waiting for somebody to listen at %s", " ".join(link.connect))
+            waiting = True
+        stop.wait(RETRY)
 
 
 def _explain(link, text):

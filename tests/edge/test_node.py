@@ -151,7 +151,6 @@ class Rig:
 
     def close(self):
         self.stop.set()
-        self.node.wake()
         for thread in self._threads:
             thread.join(10)
 

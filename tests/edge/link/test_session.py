@@ -1,5 +1,7 @@
 import argparse
 import json
+import threading
+import time
 
 import pytest
 
@@ -33,6 +35,7 @@ def test_loopback_means_loopback():
     "link, mode",
     [
         (LinkConfig(listen=("tcp/127.0.0.1:7",), **ALONE), "router"),
+        (LinkConfig(connect=("tcp/127.0.0.1:7",), **ALONE), "client"),
         (LinkConfig(listen=("tcp/127.0.0.1:7",), mode="peer", **ALONE), "peer"),
         (LinkConfig(listen=("tcp/127.0.0.1:7",)), None),
     ],
@@ -73,3 +76,36 @@ def test_what_cannot_be_opened_is_explained(link, said):
 def test_a_config_file_that_is_none(tmp_path):
     with pytest.raises(LinkError, match="not a zenoh configuration"):
         open_session(LinkConfig(config=tmp_path / "none.json5"))
+
+
+def test_two_that_only_connect_meet_through_the_one_that_listens(sessions, endpoint):
+    link = LinkConfig(connect=(endpoint,), **ALONE)
+    with open_session(link) as third:
+        queryable = third.declare_queryable("r/it", lambda query: query.reply("r/it", b"yes"))
+        deadline = time.monotonic() + 5
+        replies = []
+        while not replies and time.monotonic() < deadline:
+            replies = [reply.ok.payload.to_bytes() for reply in sessions[1].get("r/it", timeout=1)]
+        assert replies == [b"yes"]
+        queryable.undeclare()
+
+
+def test_a_client_can_wait_for_the_other_side(endpoint):
+    opened = []
+
+    def open_late():
+        time.sleep(0.3)
+        opened.append(open_session(LinkConfig(listen=(endpoint,), **ALONE)))
+
+    thread = threading.Thread(target=open_late)
+    thread.start()
+    with open_session(LinkConfig(connect=(endpoint,), **ALONE), threading.Event()):
+        thread.join()
+    opened[0].close()
+
+
+def test_a_client_that_waits_can_be_stopped(endpoint):
+    stop = threading.Event()
+    threading.Timer(0.1, stop.set).start()
+    with pytest.raises(LinkError, match="nobody answers"):
+        open_session(LinkConfig(connect=(endpoint,), **ALONE), stop)
