@@ -1,0 +1,75 @@
+"""Moves a store to another encoder: the poses, edges and map stay, the kept pictures are looked at again."""
+
+import os
+import sqlite3
+from pathlib import Path
+from typing import NamedTuple
+
+from edge.memory.database import PER_NODE, SCHEMA, StoreError, connect
+from edge.memory.vectors import quantize
+
+
+class Reindexed(NamedTuple):
+    """What became of the nodes that answered queries."""
+
+    embedded: int  # have vectors of the new encoder
+    withdrawn: int  # had no picture, so they answer no more; they stay for audit
+
+
+def reindex(path, encoder_name, encoder_digest, dim, embed):
+    """Rewrites the store at ``path`` for another encoder; the old file stays beside it as ``<path>.before-reindex``.
+
+    ``embed(jpeg) -> (vectors (R, dim), bearings (R,))`` looks at one kept picture. The store is replaced at the very
+    end and at once, so whatever goes wrong before, it is as it was.
+
+    Raises StoreError when ``path`` is not a readable store, or no node of it kept its picture.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise StoreError(f"there is no store at {path}")
+    fresh = path.with_name(path.name + ".reindexing")
+    fresh.unlink(missing_ok=True)
+    db = connect(fresh, encoder_name, encoder_digest, dim)
+    result = None
+    try:
+        result = _copy(db, path, embed)
+    except sqlite3.Error as error:
+        raise StoreError(f"{path} is not a readable VLPG store ({error}); it was left as it is") from error
+    finally:
+        db.close()
+        if result is None:
+            fresh.unlink()
+    os.replace(path, path.with_name(path.name + ".before-reindex"))
+    os.replace(fresh, path)
+    return result
+
+
+def _copy(db, path, embed):
+    db.execute("ATTACH DATABASE ? AS old", (str(path),))
+    schema = dict(db.execute("SELECT key, value FROM old.meta")).get("schema")
+    if schema != str(SCHEMA):
+        raise StoreError(f"{path} has schema {schema}, and this version reads {SCHEMA}")
+    answering = "FROM old.node WHERE superseded_by IS NULL AND keyframe IS NOT NULL"
+    if db.execute(f"SELECT count(*) {answering}").fetchone()[0] == 0:
+        raise StoreError(f"{path} kept no pictures to look at again; move it away and map the home anew")
+    db.execute("BEGIN")
+    for table in ("node", "edge", "map"):
+        db.execute(f"INSERT INTO main.{table} SELECT * FROM old.{table}")
+    withdrawn = db.execute(
+        "UPDATE main.node SET superseded_by = id WHERE superseded_by IS NULL AND keyframe IS NULL"
+    ).rowcount
+    embedded = 0
+    for node, jpeg in db.execute(f"SELECT id, keyframe {answering} ORDER BY id"):
+        vectors, bearings = embed(jpeg)
+        matrix, scales = quantize(vectors)
+        db.executemany(
+            "INSERT INTO main.embedding VALUES (?, ?, ?, ?)",
+            [
+                (PER_NODE * node + region, float(bearings[region]), float(scales[region]), row.tobytes())
+                for region, row in enumerate(matrix)
+            ],
+        )
+        embedded += 1
+    db.execute("COMMIT")
+    db.execute("DETACH DATABASE old")
+    return Reindexed(embedded, withdrawn)

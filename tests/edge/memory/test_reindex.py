@@ -1,0 +1,65 @@
+import numpy as np
+import pytest
+
+from edge.memory.database import EncoderMismatch, StoreError
+from edge.memory.reindex import Reindexed, reindex
+from edge.memory.store import Vlpg
+
+
+def embed(jpeg):
+    """The new encoder: the picture's first byte says along which of 8 axes it lies."""
+    return np.eye(8)[[jpeg[0], jpeg[0]]], [0.0, 0.5]
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "home.vlpg"
+    with Vlpg.open(path, "old", "aa", 4) as store:
+        for n in range(3):
+            picture = None if n == 1 else bytes([n])
+            store.add(n, (n, 0, 0), np.eye(3), np.eye(4)[[n]], [0.0], keyframe=picture)
+        store.save_map(b"map")
+    return path
+
+
+def test_the_graph_stays_and_the_pictures_are_looked_at_again(path):
+    with pytest.raises(EncoderMismatch):
+        Vlpg.open(path, "new", "bb", 8)
+    assert reindex(path, "new", "bb", 8, embed) == Reindexed(embedded=2, withdrawn=1)
+    with Vlpg.open(path, "new", "bb", 8) as store:
+        assert store.ids.tolist() == [0, 2] and store.load_map() == b"map"
+        assert len(store.edges().i) == 2 and store.poses([1])[0].tolist() == [1, 0, 0]
+        hits = store.search(np.eye(8)[2], 2)
+        assert hits.ids.tolist() == [2, 2] and sorted(hits.bearings.tolist()) == [0.0, 0.5]
+        assert store.add(9.0, (9, 0, 0), np.eye(3), np.eye(8)[[5]], [0.0]) == 3
+    with Vlpg.open(path.with_name("home.vlpg.before-reindex"), "old", "aa", 4) as store:
+        assert len(store) == 3
+
+
+def test_whatever_goes_wrong_the_store_is_as_it_was(path):
+    def breaks(jpeg):
+        raise ValueError("the picture is damaged")
+
+    with pytest.raises(ValueError, match="damaged"):
+        reindex(path, "new", "bb", 8, breaks)
+    with Vlpg.open(path, "old", "aa", 4) as store:
+        assert len(store) == 3
+    assert [file.name for file in path.parent.iterdir()] == ["home.vlpg"]
+
+
+def test_a_store_without_pictures_must_be_mapped_anew(tmp_path):
+    path = tmp_path / "home.vlpg"
+    with Vlpg.open(path, "old", "aa", 4) as store:
+        store.add(0.0, (0, 0, 0), np.eye(3), np.eye(4)[[0]], [0.0])
+    with pytest.raises(StoreError, match="map the home anew"):
+        reindex(path, "new", "bb", 8, embed)
+
+
+def test_what_is_no_store_is_left_alone(tmp_path):
+    path = tmp_path / "diary"
+    path.write_bytes(b"dear diary" * 500)
+    with pytest.raises(StoreError, match="left as it is"):
+        reindex(path, "new", "bb", 8, embed)
+    assert path.read_bytes() == b"dear diary" * 500
+    with pytest.raises(StoreError, match="no store"):
+        reindex(tmp_path / "nowhere", "new", "bb", 8, embed)
