@@ -30,7 +30,7 @@ def test_jacobian_equals_finite_differences_of_the_camera(distance, bearing, mot
     assert dz_dv * v + dz_dw * omega == pytest.approx((z_b - z_a) / (2 * h), rel=1e-5, abs=1e-4)
 
 
-@settings(max_examples=40)
+@settings(max_examples=40, derandomize=True)
 @given(st.floats(0.0, 0.6), st.floats(-0.3, 0.3), st.floats(-0.4, 0.4))
 def test_prediction_follows_an_arc(v, omega, bearing):
     thing = 4.0 * np.cos(bearing), 4.0 * np.sin(bearing)

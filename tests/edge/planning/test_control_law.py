@@ -105,7 +105,7 @@ def test_roll_out_agrees_with_a_fine_integration(target):
         np.testing.assert_allclose(getattr(out, name)[0], values, atol=tolerance)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30, deadline=None, derandomize=True)
 @given(st.lists(st.tuples(pose, st.floats(0, 0.6)), min_size=1, max_size=5), pose, st.floats(-0.1, 0.6), angle)
 def test_single_roll_out_equals_its_row_of_the_batch(targets, robot, v, omega):
     omega = omega / 3
