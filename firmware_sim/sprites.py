@@ -20,8 +20,8 @@ NOTHING = 1e3  # m, relief where there is no surface
 SETTLED = 0.06  # m, further than this from the relief, a ray has met no surface
 GRAZING = 0.2  # smallest cosine between a ray and the sprite's view; beyond it the relief says nothing
 NEAREST = 0.05  # m, depth at which a surface is cut off
-SHEETS = 48  # decoded sheets kept in memory, about 3 MB each
-SPRITES = 600  # sprites kept in memory, about 100 kB each
+SHEETS = 48  # decoded sheets kept in memory, about 5 MB each: the things of one home
+SPRITES = 300  # sprites kept in memory, about 250 kB each
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,4 +234,7 @@ def _first_hit(sprite: Sprite, rays: _Rays, layers: int) -> tuple[np.ndarray, np
     np.copyto(found, level - step + share * step, where=passed & crossed)
     gap = crossed & ~passed
     np.copyto(found, level - step, where=gap)
+    # Beside a ray that hits, one that does not may stand for others, left out of the search, that do.
+    beside = cv2.erode(np.where(hit, found, np.float32(NOTHING)), np.ones((3, 3), np.uint8))
+    np.copyto(found, beside, where=~hit & (beside < NOTHING / 2))
     return found, hit, gap
