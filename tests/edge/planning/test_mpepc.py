@@ -151,7 +151,7 @@ def test_stops_before_a_wall_that_the_path_ignores():
 def test_brakes_along_its_arc_when_even_the_best_trajectory_collides():
     occupied = empty_room()
     occupied[:, 80:82] = True
-    careless = MpepcConfig(cost=CostConfig(collision=0.0))
+    careless = MpepcConfig(cost=CostConfig(collision=0.0, acceleration_weight=10.0))  # loath to brake
     controller, here = Mpepc(careless), np.array([FRAME.to_world(0, 80)[0] - 0.4, 1.0, 0.0])
     path = np.array([[0.5, 1.0], [5.0, 1.0]])
     speeds = [0.6]
