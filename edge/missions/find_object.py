@@ -83,8 +83,8 @@ class FindObject(Mission):
         return rank_viewpoints(self.places, self._scores, robot.grid.occupied, robot.grid.frame, robot.camera)
 
     def remembered(self) -> bool:
-        """Whether the best hypothesis is likelier than not to show the object."""
-        return bool(self.hypotheses) and self.hypotheses[0].score >= self.config.in_memory
+        """Whether some view is likelier than not to show the object."""
+        return bool(self.hypotheses) and self._scores.max() > self.config.in_memory
 
     def look(self) -> Story:
         """Look ahead, then to both sides; the best ``Sighting`` that lasts, or None."""

@@ -7,7 +7,7 @@ import numpy as np
 from edge.missions.mission import Story
 from edge.observation import STOP, Twist
 from edge.planning.mpepc import Mpepc
-from edge.planning.theta_star import plan
+from edge.planning.theta_star import ThetaStarConfig, plan
 from edge.pose import wrap
 from edge.robot import Robot
 
@@ -43,11 +43,14 @@ def face(robot: Robot, heading: float) -> Story:
     yield from turn(robot, float(wrap(heading - robot.pose[2])))
 
 
-def route(robot: Robot, goal, config: MotionConfig = CONFIG) -> np.ndarray | None:
-    """Theta* path ``(K, 2)`` [m] from the robot to ``goal (2,)``, with a margin if there is room for one, or None."""
-    clearance = robot.grid.clearance()
+def route(robot: Robot, goal, near: float = 0.4, config: MotionConfig = CONFIG) -> np.ndarray | None:
+    """Theta* path ``(K, 2)`` [m] from the robot to ``goal (2,)``, or to within ``near`` [m] of it if it is blocked.
+
+    It keeps a margin from obstacles if there is room for one. None when there is no way.
+    """
+    clearance, ends = robot.grid.clearance(), ThetaStarConfig(goal_tolerance=near)
     for radius in (robot.config.radius + config.margin, robot.config.radius):
-        path = plan(robot.grid.traversable(radius), robot.grid.frame, robot.pose[:2], goal, clearance)
+        path = plan(robot.grid.traversable(radius), robot.grid.frame, robot.pose[:2], goal, clearance, ends)
         if path is not None:
             return path
     return None
@@ -60,7 +63,7 @@ def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig
     nearest, moved = np.inf, robot.stamp
     while True:
         if robot.stamp - planned >= config.replan_every:
-            path, planned = route(robot, goal, config), robot.stamp
+            path, planned = route(robot, goal, config=config), robot.stamp
             if path is None:
                 return False
         twist = controller.step(

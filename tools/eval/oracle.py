@@ -11,30 +11,36 @@ import numpy as np
 
 from edge.camera import CameraModel
 from edge.perception.encoder import View
+from edge.perception.prompts import SOMETHING_ELSE
 from firmware_sim.world import World
 
 
 class OracleEncoder:
-    """Vectors over one axis per noun, plus one for everything that has no noun here."""
+    """Vectors over one axis per noun, one for everything else that pictures show, and one for nouns not in the home."""
 
     name = "oracle"
     logit_scale = 100.0
     MIN_PIXELS = 60  # of 320x240; smaller than about 8x8 pixels, an object cannot be told by anyone
+    OTHER = 1e-4  # share of "something else" in every picture: it beats what is not there, and nothing that is
     REGIONS = ((0.0, 1.0), (0.0, 1 / 3), (1 / 3, 2 / 3), (2 / 3, 1.0))
     CELLS = (15, 20)  # rows, columns of the feature map
 
     def __init__(self, world: World):
         self._world = world
-        models = {entry.model.name for entry in world.house.objects.values()}
-        self._nouns = sorted(name.lower() for name in models)
-        self.dim = len(self._nouns) + 1
+        self._noun_of = {thing_id: thing.model.name.lower() for thing_id, thing in world.house.objects.items()}
+        self._nouns = sorted(set(self._noun_of.values()))
+        self.dim = len(self._nouns) + 2
         self.digest = hashlib.sha256("\n".join(self._nouns).encode()).hexdigest()
 
     def encode_text(self, texts: list[str]) -> np.ndarray:
-        """``(N, dim)``: the axis of the longest noun that a prompt names, else the axis of other things."""
-        axes = [max((n for n in self._nouns if n in text.lower()), key=len, default=None) for text in texts]
-        columns = [self._nouns.index(noun) if noun is not None else self.dim - 1 for noun in axes]
-        return np.eye(self.dim, dtype=np.float32)[columns]
+        """``(N, dim)``: the axis of the longest noun of this home that a prompt names."""
+        return np.eye(self.dim, dtype=np.float32)[[self._axis(text.lower()) for text in texts]]
+
+    def _axis(self, text: str) -> int:
+        if SOMETHING_ELSE.lower() in text:
+            return self.dim - 2
+        named = max((noun for noun in self._nouns if noun in text), key=len, default=None)
+        return self.dim - 1 if named is None else self._nouns.index(named)
 
     def encode_image(self, rgb: np.ndarray, hfov: float = CameraModel.hfov) -> View:
         """The true content of the world's latest picture, which ``rgb`` must be."""
@@ -44,8 +50,8 @@ class OracleEncoder:
             columns = slice(round(left * counts.shape[1]), round(right * counts.shape[1]))
             pixels = counts[:, columns].sum(axis=(0, 1))
             pixels[pixels < self.MIN_PIXELS] = 0
-            pixels[-1] = not pixels[:-1].any()
-            rows.append(np.sqrt(pixels) / np.sqrt(pixels.sum()))
+            pixels[-1] = self.OTHER * pixels[:-1].sum() if pixels[:-1].any() else 1.0
+            rows.append(np.sqrt(np.append(pixels, 0.0)) / np.sqrt(pixels.sum()))
         middle = np.array([(left + right) / 2 for left, right in self.REGIONS])
         bearings = np.arctan((1 - 2 * middle) * np.tan(hfov / 2))
         features = cv2.resize(counts, self.CELLS[::-1], interpolation=cv2.INTER_AREA)
@@ -53,11 +59,11 @@ class OracleEncoder:
 
     def saliency(self, view: View, direction: np.ndarray) -> np.ndarray:
         """Share of each cell's pixels ``(h, w)`` that belong to what ``direction (dim,)`` names."""
-        return np.tensordot(np.maximum(direction, 0), view.features, axes=1)
+        return np.tensordot(np.maximum(direction[:-1], 0), view.features, axes=1)
 
     def _counts(self) -> np.ndarray:
         """For each noun, 0 or 1 for each pixel of half the picture's resolution, times 4: ``(H/2, W/2, dim)``."""
         instances = self._world.picture.instances[::2, ::2]
-        names = [self._world.house.objects[name].model.name.lower() for name in self._world.object_ids]
-        axis = np.array([self._nouns.index(name) for name in names] + [self.dim - 1])  # -1, no object, is the last one
-        return 4.0 * (axis[instances][..., None] == np.arange(self.dim)).astype(np.float32)
+        nouns = [self._noun_of[thing_id] for thing_id in self._world.object_ids]
+        axis = np.array([self._nouns.index(noun) for noun in nouns] + [self.dim - 2])  # -1, no object, is the last one
+        return 4.0 * (axis[instances][..., None] == np.arange(self.dim - 1)).astype(np.float32)

@@ -1,0 +1,74 @@
+"""Asking a robot that knows its home for what is there, what is not, and what has gone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from edge.missions.find_object import FindObject, FindObjectConfig
+from edge.missions.map_home import MapHome
+from edge.perception.prompts import Target
+from tests.edge.missions.conftest import make_robot, make_world
+from tools.eval.find import run
+from tools.eval.judge import judge
+
+
+def ask(mapped, noun, **options):
+    mission = FindObject(mapped.robot, Target.of(noun, mapped.robot.encoder), **options)
+    run(mapped.world, mission)
+    return mission.outcome
+
+
+@pytest.mark.parametrize("noun", ["teddy bear", "couch"])
+def test_an_object_is_found_centred_and_near(mapped, noun):
+    outcome = ask(mapped, noun)
+    verdict = judge(mapped.world, noun)
+    assert outcome.status == "found"
+    assert verdict.in_view and verdict.angular_error < np.radians(10)
+    thing = mapped.world.house.objects[verdict.object_id]
+    assert np.hypot(*(mapped.world.truth[:2] - (thing.x, thing.y))) < 2.2
+    assert mapped.world.contacts == 0
+
+
+def test_an_unknown_object_is_not_in_memory_and_the_robot_stays(mapped):
+    before = mapped.world.truth
+    outcome = ask(mapped, "submarine")
+    assert outcome.status == "not in memory"
+    assert outcome.hypotheses and all(h.score < 0.5 for h in outcome.hypotheses)
+    assert np.allclose(mapped.world.truth, before, atol=0.01)
+
+
+def test_an_empty_name_is_refused_in_words(mapped):
+    with pytest.raises(ValueError, match="what to look for"):
+        Target.of("  ", mapped.robot.encoder)
+
+
+def test_what_was_taken_away_is_not_claimed(mapped):
+    house = mapped.world.house
+    taken = house.objects["dustbin-1"]
+    house.remove_object("dustbin-1")
+    try:
+        outcome = ask(mapped, "dustbin", config=FindObjectConfig(hypotheses=1))
+    finally:
+        house.add_object("dustbin-1", taken.model.id, taken.x, taken.y, taken.yaw)
+    assert outcome.status == "not found"
+    assert outcome.searches and all(0 <= p.min() and p.max() <= 1 for p in outcome.searches)
+
+
+def test_dead_sensors_are_survived_and_lose_no_map():
+    world = make_world()
+    mission = MapHome(make_robot(world))
+    observation = world.step(None)
+    for _ in range(30):
+        observation = world.step(mission.step(observation))
+    known = mission.robot.grid.free.sum()
+    for _ in range(10):
+        frame = replace(
+            observation.frame,
+            rgb=np.zeros_like(observation.frame.rgb),
+            depth=np.full_like(observation.frame.depth, np.nan),
+        )
+        scan = replace(observation.scan, ranges=np.full_like(observation.scan.ranges, np.nan))
+        observation = world.step(mission.step(replace(observation, frame=frame, scan=scan)))
+    assert np.isfinite(mission.robot.pose).all()
+    assert mission.robot.grid.free.sum() >= known
