@@ -163,6 +163,7 @@ def demo(
     objects: Annotated[
         list[str] | None, typer.Option("--object", help="what to find, in any words; may be repeated")
     ] = None,
+    search: Annotated[bool, typer.Option("--search", help="look at the best guesses if it is not in memory")] = False,
     seed: Annotated[int, typer.Option(help="seed of the sensors' noise")] = 0,
     speed: Annotated[float, typer.Option(min=0.1, help="simulated seconds a second, at most")] = 4.0,
     out: Annotated[Path, typer.Option(help="folder that gets a folder for each run")] = Path("runs"),
@@ -173,7 +174,7 @@ def demo(
     from tools.demo.demo import DemoConfig, DemoError, run_demo
 
     with _explained(DemoError, HouseError, FurnitureError, OSError):
-        raise typer.Exit(run_demo(DemoConfig(home, tuple(objects or ()), seed, speed, out)))
+        raise typer.Exit(run_demo(DemoConfig(home, tuple(objects or ()), search, seed, speed, out)))
 
 
 @models_app.command("list")

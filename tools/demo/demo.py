@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
+from math import degrees
 from pathlib import Path
 
 from rich.console import Console
@@ -38,6 +39,7 @@ class DemoConfig:
 
     home: str = "apartment"
     objects: tuple[str, ...] = ()  # in words; none: those of tools.demo.naming
+    search_unknown: bool = False  # go to the best guesses even if an object does not seem to be in memory
     seed: int = 0
     speed: float = 4.0  # simulated s a s, at most
     out: Path = Path("runs")
@@ -88,7 +90,14 @@ class Demo:
         self.ends = time.monotonic() + config.time_limit - config.reserve
 
     def run(self) -> None:
-        """Raises ProcessDied when a process ends early or one never answers."""
+        """Raises ProcessDied when a process ends early, NoAnswer when one hangs, RequestError when the robot refuses."""
+        try:
+            self.story()
+        except NoAnswer:
+            self.processes.watch(1.0)  # if it has died, that is what to tell
+            raise
+
+    def story(self) -> None:
         endpoint = f"tcp/127.0.0.1:{free_port()}"
         self.start_base(endpoint)
         with self.session(endpoint) as session:
@@ -172,7 +181,7 @@ class Demo:
     def find(self, words: str) -> None:
         """Ask for one object, wait for the answer, and compare it with the truth."""
         started = time.monotonic()
-        answer = Call(self.robot.find, words)
+        answer = Call(self.robot.find, words, self.config.search_unknown)
         cancelled = False
         while not answer.done:
             self.recorder.trace(self.truth.position())
@@ -182,7 +191,8 @@ class Demo:
                 self.robot.cancel()
             self.processes.watch(0.1)
         search = self.recorder.searched(words, answer.result(), self.truth, time.monotonic() - started)
-        error = "" if search.angular_error is None else f"{abs(search.angular_error) * 57.2958:.0f}° off, "
+        claimed = search.verdict != "no claim" and search.angular_error is not None
+        error = f"{abs(degrees(search.angular_error)):.0f}° off, " if claimed else ""
         self.display.say(
             f"{search.status:<14} {search.words}: {search.duration:.0f} s, {search.distance:.1f} m, {error}"
             f"{search.verdict}. {search.remark}",

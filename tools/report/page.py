@@ -5,7 +5,7 @@ from math import degrees
 from pathlib import Path
 
 from tools.report.memory_chart import memory_chart
-from tools.report.plan import FloorPlan, data_uri
+from tools.report.plan import SHOWN, FloorPlan, data_uri
 from tools.report.record import MEMORY_BUDGET, Process, Run, Search
 from tools.report.style import CSS
 
@@ -75,7 +75,8 @@ def _outcomes(searches: list[Search]) -> str:
     rows = []
     for number, search in enumerate(searches, 1):
         kind = search.verdict.replace(" ", "-")
-        error = "" if search.angular_error is None else f"{abs(degrees(search.angular_error)):.1f}°"
+        claimed = search.verdict != "no claim" and search.angular_error is not None
+        error = f"{abs(degrees(search.angular_error)):.1f}°" if claimed else ""
         rows.append(
             f'<tr><td class="n">{number}</td><td>{escape(search.words)}</td><td>{escape(search.status)}</td>'
             f'<td><b class="{kind}">{search.verdict}</b><br><span class="quiet">{escape(search.remark)}</span></td>'
@@ -100,6 +101,8 @@ def _card(search: Search, number: int, plan: FloorPlan, folder: Path) -> str:
     facts += [f"{search.duration:.1f} s ({search.wall:.0f} s of wall time)", f"{search.distance:.1f} m"]
     viewpoints = len(search.hypotheses)
     ranked = f"{viewpoints} ranked viewpoint{'s' * (viewpoints != 1)}" if viewpoints else "No viewpoint"
+    if viewpoints > SHOWN:
+        ranked = f"The best {SHOWN} of {ranked}"
     caption = f"{ranked} from memory{', and the way driven' if len(search.path) > 1 else ''}."
     return (
         f'<section class="card"><header><h3>{number}. {escape(search.words)}</h3>'

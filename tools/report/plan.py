@@ -9,6 +9,7 @@ from tools.report.record import Run, Search
 
 _MARGIN = 0.3  # m around the house
 _NODE = 0.13  # m, length of a node's tick
+SHOWN = 5  # viewpoints of a search; more hide one another
 
 
 class FloorPlan:
@@ -43,7 +44,7 @@ class FloorPlan:
     def search(self, search: Search, number: int) -> str:
         """One object: the ranked viewpoints with the views behind them, the way there, the answer."""
         parts = [self._ground(), self._line(search.path, "path")]
-        for rank, hypothesis in reversed(list(enumerate(search.hypotheses, 1))):
+        for rank, hypothesis in reversed(list(enumerate(search.hypotheses[:SHOWN], 1))):
             kind = "best" if rank == 1 else "other"
             parts.append("".join(self._tick(member, f"member {kind}") for member in hypothesis.members))
             parts.append(self._viewpoint(hypothesis.pose, rank, kind))

@@ -40,7 +40,8 @@ svg.plan.limited { max-height:720px; }
 .free { fill:var(--free); } .occupied { fill:var(--occupied); }
 .wall { stroke:var(--truth); stroke-width:.045; fill:none; opacity:.8; }
 .thing { fill:none; stroke:var(--truth); stroke-width:.02; opacity:.75; }
-.room { font-size:.26px; fill:var(--quiet); text-anchor:middle; opacity:.85; }
+.room { font-size:.26px; fill:var(--quiet); text-anchor:middle; }
+.room,.number.outside { paint-order:stroke; stroke:var(--free); stroke-width:.09; stroke-linejoin:round; }
 .path { fill:none; stroke:var(--path); stroke-width:.045; stroke-linejoin:round; opacity:.75; }
 .node { fill:none; stroke:var(--node); stroke-width:.035; stroke-linecap:round; opacity:.8; }
 .dock { fill:none; stroke:var(--text); stroke-width:.045; }

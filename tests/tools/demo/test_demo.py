@@ -42,8 +42,8 @@ class MadeUpRobot:
         self.states = ["idle"]
         self.answer = "cancelled"
 
-    def find(self, words):
-        self.asked.append(words)
+    def find(self, words, search_unknown=False):
+        self.asked.append((words, search_unknown))
         if self.answer == "slow":
             while self.answer == "slow":
                 time.sleep(0.01)
@@ -133,6 +133,13 @@ def test_a_true_claim_is_confirmed_and_kept(demo, house, tmp_path):
 def test_a_false_claim_is_called_wrong(demo):
     demo.find("wardrobe")
     assert demo.recorder.finish().searches[0].verdict == "wrong"
+
+
+def test_the_best_guesses_are_looked_at_only_if_asked(demo):
+    demo.find("desk")
+    demo.config = DemoConfig(search_unknown=True)
+    demo.find("desk")
+    assert demo.robot.asked == [("desk", False), ("desk", True)]
 
 
 def test_a_search_that_outlasts_the_demo_is_cancelled(demo):

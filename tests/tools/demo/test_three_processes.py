@@ -1,0 +1,127 @@
+"""The real thing in small: base, robot and host as processes, over zenoh, with the shipped encoder."""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import psutil
+import pytest
+
+BUDGET = 170.0  # MB, peak PSS of the robot with everything on board
+FLAT = {
+    "name": "flat",
+    "rooms": [
+        {"name": "bedroom", "category": "Bedroom", "polygon": [[0, 0], [3.2, 0], [3.2, 3.0], [0, 3.0]]},
+        {"name": "living room", "category": "Living room", "polygon": [[3.2, 0], [6.4, 0], [6.4, 3.0], [3.2, 3.0]]},
+    ],
+    "walls": [
+        {"a": [0, 0], "b": [6.4, 0]},
+        {"a": [6.4, 0], "b": [6.4, 3.0]},
+        {"a": [6.4, 3.0], "b": [0, 3.0]},
+        {"a": [0, 3.0], "b": [0, 0]},
+        {"a": [3.2, 0], "b": [3.2, 0.6]},
+        {"a": [3.2, 1.5], "b": [3.2, 3.0]},
+    ],
+    "doors": [{"a": [3.2, 0.6], "b": [3.2, 1.5], "open": True}],
+    "objects": [
+        {"id": "teddy-bear-1", "model": "teddy-bear", "position": [0.4, 2.6], "yaw": 0.5},
+        {"id": "bookcase-1", "model": "bookcase", "position": [1.7, 2.73]},
+        {"id": "armchair-1", "model": "armchair2", "position": [5.7, 2.3], "yaw": -0.6},
+        {"id": "electric-guitar-1", "model": "electric-guitar", "position": [6.1, 0.4], "yaw": -1.5},
+    ],
+    "start": [1.2, 1.0, 0.0],
+}
+
+
+def flat(tmp_path):
+    path = tmp_path / "flat.json"
+    path.write_text(json.dumps(FLAT))
+    return str(path)
+
+
+def start(tmp_path, *arguments):
+    command = [sys.executable, "-m", "tools.cli", "demo", "--home", flat(tmp_path), "--out", str(tmp_path / "runs")]
+    return subprocess.Popen([*command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def report_of(tmp_path):
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert (folder / "report.html").stat().st_size > 20_000
+    return folder, json.loads((folder / "report.json").read_text())
+
+
+def children_of(process, count=3, timeout=60.0):
+    """The demo's processes by their module, once all have started."""
+    deadline = time.monotonic() + timeout
+    while True:
+        modules = {}
+        for child in psutil.Process(process.pid).children():
+            line = child.cmdline()
+            modules |= {module: child for module in ("firmware_sim.node", "edge.node", "host.node") if module in line}
+        if len(modules) == count:
+            return modules
+        assert time.monotonic() < deadline and process.poll() is None, process.communicate()[0]
+        time.sleep(0.1)
+
+
+@pytest.mark.timeout(150)
+def test_maps_a_home_finds_and_reports(tmp_path):
+    with start(tmp_path, "--speed", "8", "--object", "teddy bear", "--object", "armchair") as process:
+        children = children_of(process)
+        output = process.communicate(timeout=140)[0]
+    assert not any(child.is_running() for child in children.values())
+    folder, report = report_of(tmp_path)
+
+    mapping = report["mapping"]
+    assert mapping["complete"], output
+    assert 8.0 < mapping["area"] < 19.2  # of 6.4 x 3.0 m, less furniture
+    assert mapping["nodes"] == pytest.approx(len(report["nodes"]), abs=100) and mapping["nodes"] >= 5
+    # The path is the true one: it stays in the flat, and it begins at the dock.
+    assert all(0 < x < 6.4 and 0 < y < 3.0 for x, y in mapping["path"])
+    assert math.dist(mapping["path"][0], FLAT["start"][:2]) < 0.3
+
+    assert [search["words"] for search in report["searches"]] == ["teddy bear", "armchair"]
+    for search in report["searches"]:
+        assert search["status"] in ("found", "not found", "not in memory", "timeout")
+        assert search["verdict"] in (("confirmed", "wrong") if search["status"] == "found" else ("no claim",))
+        assert (folder / search["picture"]).read_bytes()[:2] == b"\xff\xd8"
+        assert len(search["true_positions"]) == 1
+        assert (search["box"] is None) == (search["status"] != "found")
+    wrong = any(search["verdict"] == "wrong" for search in report["searches"])
+    assert process.returncode == (1 if wrong else 0), output
+
+    peaks = {process["name"]: process for process in report["processes"]}
+    assert set(peaks) == {"sim", "robot", "host"}
+    assert 30 < peaks["robot"]["peak_pss"] < BUDGET
+    for peak in peaks.values():
+        assert peak["peak_pss"] == pytest.approx(peak["anonymous"] + peak["file_backed"], abs=0.1)
+        assert max(peak["pss"]) == peak["peak_pss"] and len(peak["pss"]) > 10
+
+
+@pytest.mark.timeout(100)
+def test_a_robot_that_is_killed_ends_the_demo_with_its_last_words(tmp_path):
+    with start(tmp_path, "--speed", "2") as process:
+        children = children_of(process)
+        time.sleep(2.0)
+        children["edge.node"].send_signal(signal.SIGKILL)
+        output = process.communicate(timeout=60)[0]
+    assert process.returncode == 1
+    assert "The robot process was ended by SIGKILL" in output and "Traceback" not in output
+    assert not any(child.is_running() for child in children.values())
+    assert "The robot process was ended by SIGKILL" in report_of(tmp_path)[1]["notes"][0]
+
+
+@pytest.mark.timeout(100)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_stops_all_processes(tmp_path, number):
+    with start(tmp_path, "--speed", "2") as process:
+        children = children_of(process)
+        os.kill(process.pid, number)
+        output = process.communicate(timeout=60)[0]
+    assert process.returncode == 130, output
+    assert "Traceback" not in output
+    assert not any(child.is_running() for child in children.values())
