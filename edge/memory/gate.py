@@ -50,19 +50,21 @@ def judge(pose, poses, answers, cosines_with, config):
         pose: (3,) where the candidate was seen.
         poses: (N, 3) of all nodes.
         answers: (N,) bool, False for superseded nodes.
-        cosines_with: node id -> cosines (R,) of the candidate's regions, the whole picture first, with the node's;
-            asked for near nodes only.
+        cosines_with: node ids (M,) -> cosines (M, R) of the candidate's regions, the whole picture first, with each
+            node's; NaN where a node lacks the region. Asked for near nodes only.
         config: GateConfig.
     """
-    near = np.flatnonzero(answers & (np.abs(poses[:, 0] - pose[0]) <= config.distance))
+    dense = config.policy == "dense"
+    reach, turn = (config.same_distance, config.same_angle) if dense else (config.distance, config.angle)
+    near = np.flatnonzero(answers & (np.abs(poses[:, 0] - pose[0]) <= reach))
     offsets = poses[near] - pose
     distances, angles = np.hypot(offsets[:, 0], offsets[:, 1]), np.abs(wrap(offsets[:, 2]))
-    reach = (distances <= config.distance) & (angles <= config.angle)
-    known, superseded = False, []
-    for node, distance, angle in zip(near[reach], distances[reach], angles[reach]):
-        cosines = cosines_with(node)
-        if distance <= config.same_distance and angle <= config.same_angle and cosines.min() < config.disagreement:
-            superseded.append(int(node))
-        elif cosines[0] >= config.similarity:
-            known = True
-    return Verdict(config.policy == "dense" or bool(superseded) or not known, superseded)
+    close = (distances <= reach) & (angles <= turn)
+    near, distances, angles = near[close], distances[close], angles[close]
+    if not len(near):
+        return Verdict(True, [])
+    cosines = cosines_with(near)
+    same_place = (distances <= config.same_distance) & (angles <= config.same_angle)
+    disagrees = same_place & (np.nanmin(cosines, axis=1) < config.disagreement)
+    known = ~disagrees & (cosines[:, 0] >= config.similarity)
+    return Verdict(dense or bool(disagrees.any()) or not known.any(), near[disagrees].tolist())

@@ -110,7 +110,7 @@ class Vlpg:
             pose,
             self._poses[: self._count],
             self._alive[: self._count],
-            lambda node: self._vectors.cosines(node, vectors),
+            lambda nodes: self._vectors.cosines(nodes, vectors),
             self.config.gate,
         )
         if not verdict.admit:

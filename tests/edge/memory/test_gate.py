@@ -12,7 +12,7 @@ HERE = np.array([0.0, 0.0, 0.0])
 
 def verdict(offset, cosines, config=CONFIG, answers=True):
     poses = np.array([offset], float)
-    return judge(HERE, poses, np.array([answers]), lambda node: np.atleast_1d(np.asarray(cosines, float)), config)
+    return judge(HERE, poses, np.array([answers]), lambda nodes: np.atleast_2d(np.asarray(cosines, float)), config)
 
 
 def test_a_superseded_node_refuses_nothing():
@@ -39,7 +39,7 @@ def test_equation_1_corrected(offset, cosine, admitted):
 
 def test_one_similar_near_node_is_enough_to_refuse():
     poses = np.array([[0.3, 0, 0], [0.31, 0, 0]])
-    assert not judge(HERE, poses, np.ones(2, bool), lambda node: np.array([[0.5], [0.95]][node]), CONFIG).admit
+    assert not judge(HERE, poses, np.ones(2, bool), lambda nodes: np.array([[0.5], [0.95]])[nodes], CONFIG).admit
 
 
 def test_a_changed_region_supersedes_although_the_whole_picture_agrees():
@@ -62,3 +62,7 @@ def test_bad_configurations_are_refused():
         GateConfig(policy="sparse")
     with pytest.raises(ValueError, match="same_distance"):
         GateConfig(same_distance=1.0)
+
+
+def test_regions_that_a_node_lacks_do_not_count():
+    assert verdict((0.1, 0, 0), [0.97, np.nan, 0.9]) == (False, [])

@@ -95,6 +95,18 @@ def test_forgotten_rows_answer_no_more_and_give_their_memory_back():
     assert len(vectors) == 200
 
 
+def test_cosines_region_by_region():
+    rng = np.random.default_rng(3)
+    rows, asked = unit(rng, 5, 64), unit(rng, 3, 64)
+    vectors = Vectors(64)
+    vectors.append(4, *quantize(rows[:2]), [0.0, 0.0])
+    vectors.append(7, *quantize(rows[2:]), [0.0, 0.0, 0.0])
+    cosines = vectors.cosines(np.array([7, 4]), asked)
+    np.testing.assert_allclose(cosines[0], np.einsum("rd,rd->r", rows[2:], asked), atol=0.005)
+    np.testing.assert_allclose(cosines[1, :2], np.einsum("rd,rd->r", rows[:2], asked[:2]), atol=0.005)
+    assert np.isnan(cosines[1, 2])
+
+
 def test_empty_memory_and_no_hits_wanted():
     assert len(Vectors(16).search(np.ones(16), 5).ids) == 0
     assert len(filled(np.eye(4)).search(np.ones(4), 0).ids) == 0
