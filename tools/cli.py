@@ -177,6 +177,21 @@ def demo(
         raise typer.Exit(run_demo(DemoConfig(home, tuple(objects or ()), search, seed, speed, out)))
 
 
+@app.command()
+def reindex(
+    store: Annotated[Path, typer.Argument(help="a home's store, such as home.vlpg")],
+    model: Annotated[str | None, typer.Option(help="name or folder of the encoder; default: the shipped one")] = None,
+) -> None:
+    """Move a home's store to another encoder, by looking again at the pictures it kept."""
+    from edge.memory.database import StoreError
+    from models.manifest import ModelError
+    from tools.reindex import reindex_store
+
+    with _explained(StoreError, ModelError):
+        name, nodes = reindex_store(store, model)
+        typer.echo(f"{store} is now {name}'s: {nodes.embedded} nodes looked at again, {nodes.withdrawn} withdrawn")
+
+
 @models_app.command("list")
 def models_list() -> None:
     """Name, size and digest of each model."""

@@ -150,7 +150,17 @@ def test_a_store_of_another_encoder(tmp_path):
 
     store = tmp_path / "home.vlpg"
     Vlpg.open(store, "someone-elses", "0" * 64, 384).close()
-    assert complains(vlpg("robot", "--memory", str(store)), "someone-elses")
+    flags = ("--listen", f"tcp/127.0.0.1:{free_port()}", "--no-multicast-scouting")
+    assert complains(vlpg("robot", "--memory", str(store), *flags), "someone-elses", "vlpg reindex")
+
+
+def test_a_store_without_pictures_cannot_be_moved_to_another_encoder(tmp_path):
+    from edge.memory.store import Vlpg
+
+    store = tmp_path / "home.vlpg"
+    Vlpg.open(store, "someone-elses", "0" * 64, 384).close()
+    assert complains(vlpg("reindex", str(store)), "kept no pictures")
+    assert complains(vlpg("reindex", str(tmp_path / "nothing.vlpg")), "no store")
 
 
 def test_ctrl_c_while_asking_ends_without_a_traceback():

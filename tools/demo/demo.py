@@ -90,7 +90,7 @@ class Demo:
         self.ends = time.monotonic() + config.time_limit - config.reserve
 
     def run(self) -> None:
-        """Raises ProcessDied when a process ends early, NoAnswer when one hangs, RequestError when the robot refuses."""
+        """Raises ProcessDied when a process ends, NoAnswer when one hangs, RequestError when the robot refuses."""
         try:
             self.story()
         except NoAnswer:
