@@ -188,7 +188,7 @@ def test_as_a_process_of_its_own(endpoint):
     process = run_sim("--listen", endpoint, "--speed", "4", "--seed", "3")
     try:
         link = LinkConfig(connect=(endpoint,), multicast_scouting=False)
-        with open_session(link) as session:
+        with open_session(link, threading.Event()) as session:
             watch = Watch(session, "robot1/alive/*")
             base = Base(session, "robot1")
             assert watch.wait(lambda alive: "robot1/alive/base" in alive, 60), process.poll()
