@@ -165,7 +165,7 @@ def demo(
     ] = None,
     search: Annotated[bool, typer.Option("--search", help="look at the best guesses if it is not in memory")] = False,
     seed: Annotated[int, typer.Option(help="seed of the sensors' noise")] = 0,
-    speed: Annotated[float, typer.Option(min=0.1, help="simulated seconds a second, at most")] = 4.0,
+    speed: Annotated[float, typer.Option(min=0.1, help="simulated seconds a second, at most")] = 8.0,
     out: Annotated[Path, typer.Option(help="folder that gets a folder for each run")] = Path("runs"),
 ) -> None:
     """Map a furnished home in simulation, find things in it, and write a report. Takes up to 5 minutes."""

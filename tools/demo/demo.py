@@ -41,12 +41,13 @@ class DemoConfig:
     objects: tuple[str, ...] = ()  # in words; none: those of tools.demo.naming
     search_unknown: bool = False  # go to the best guesses even if an object does not seem to be in memory
     seed: int = 0
-    speed: float = 4.0  # simulated s a s, at most
+    speed: float = 8.0  # simulated s a s, at most; the simulator waits for a robot that cannot keep up
     out: Path = Path("runs")
     time_limit: float = 300.0  # wall s, all in all
     mapping_share: float = 0.6  # of it; then mapping is broken off, so that there is time left to find things
     start_limit: float = 40.0  # wall s until all three processes answer
     least_search: float = 12.0  # wall s; with less left, no further object is asked for
+    share: float = 2.0  # of the time left for each remaining object: what one search may take; then it is called off
     reserve: float = 10.0  # wall s for the report and for stopping the processes
 
 
@@ -110,10 +111,11 @@ class Demo:
                 self.recorder.know(self.robot.map(), self.robot.graph())
                 objects = self.config.objects or default_objects(self.recorder.house)
                 for number, words in enumerate(objects):
-                    if self.ends - time.monotonic() < self.config.least_search:
+                    left = self.ends - time.monotonic()
+                    if left < self.config.least_search:
                         self.out_of_time(objects[number:])
                         break
-                    self.find(words)
+                    self.find(words, min(left, self.config.share * left / (len(objects) - number)))
                 self.recorder.know(self.robot.map(), self.robot.graph())  # it has gone on seeing
 
     def start_base(self, endpoint: str) -> None:
@@ -178,17 +180,19 @@ class Demo:
             f"in {mapping.duration:.0f} s ({mapping.wall:.0f} s of wall time)"
         )
 
-    def find(self, words: str) -> None:
-        """Ask for one object, wait for the answer, and compare it with the truth."""
+    def find(self, words: str, limit: float) -> None:
+        """Ask for one object, wait for the answer for ``limit`` wall s, and compare it with the truth."""
         started = time.monotonic()
         answer = Call(self.robot.find, words, self.config.search_unknown)
         cancelled = False
         while not answer.done:
             self.recorder.trace(self.truth.position())
             self.display.show("finding", f"{words}, {time.monotonic() - started:.0f} s")
-            if time.monotonic() > self.ends and not cancelled:
+            if time.monotonic() - started > limit and not cancelled:
                 cancelled = True
                 self.robot.cancel()
+                note = f"The search for {words} was called off after {limit:.0f} s for lack of time."
+                self.recorder.notes.append(note)
             self.processes.watch(0.1)
         search = self.recorder.searched(words, answer.result(), self.truth, time.monotonic() - started)
         claimed = search.verdict != "no claim" and search.angular_error is not None

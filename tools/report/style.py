@@ -18,7 +18,7 @@ h1 { font-size:1.7rem; line-height:1.25; margin:0 0 4px; } h2 { font-size:1.2rem
 h3 { font-size:1.05rem; margin:0; }
 p { margin:0 0 10px; max-width:46rem; } .figure + p { margin-top:10px; } .quiet { color:var(--quiet); }
 .note { border-left:4px solid var(--bad); padding:6px 12px; background:var(--panel); max-width:none; }
-.scroll { overflow-x:auto; }
+.scroll { overflow-x:auto; } .scroll table { min-width:42rem; }
 table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums; }
 th,td { text-align:left; padding:7px 14px 7px 0; border-bottom:1px solid var(--rule); vertical-align:top; }
 th { font-weight:600; font-size:.85rem; color:var(--quiet); } td.n,th.n { text-align:right; white-space:nowrap; }

@@ -118,7 +118,7 @@ def test_a_robot_that_fails_while_mapping_ends_the_demo(demo):
 
 
 def test_a_true_claim_is_confirmed_and_kept(demo, house, tmp_path):
-    demo.find("teddy bear")
+    demo.find("teddy bear", 10.0)
     search = demo.recorder.finish().searches[0]
     assert (search.verdict, search.status, search.visible) == ("confirmed", "found", 0.9)
     assert search.picture == "1-teddy-bear.jpg" and search.picture_size == (320, 240)
@@ -131,23 +131,23 @@ def test_a_true_claim_is_confirmed_and_kept(demo, house, tmp_path):
 
 
 def test_a_false_claim_is_called_wrong(demo):
-    demo.find("wardrobe")
+    demo.find("wardrobe", 10.0)
     assert demo.recorder.finish().searches[0].verdict == "wrong"
 
 
 def test_the_best_guesses_are_looked_at_only_if_asked(demo):
-    demo.find("desk")
+    demo.find("desk", 10.0)
     demo.config = DemoConfig(search_unknown=True)
-    demo.find("desk")
+    demo.find("desk", 10.0)
     assert demo.robot.asked == [("desk", False), ("desk", True)]
 
 
 def test_a_search_that_outlasts_the_demo_is_cancelled(demo):
     demo.robot.answer = "slow"
-    demo.ends = time.monotonic() + 0.2
-    demo.find("teddy bear")
+    demo.find("teddy bear", 0.2)
     search = demo.recorder.finish().searches[0]
     assert (search.status, search.verdict) == ("cancelled", "no claim")
+    assert demo.recorder.notes == ["The search for teddy bear was called off after 0 s for lack of time."]
 
 
 def test_what_there_was_no_time_for_is_told(demo):
@@ -174,19 +174,19 @@ def _run(monkeypatch, tmp_path, story, **settings):
 
 
 def test_exit_code_of_a_true_claim(monkeypatch, tmp_path):
-    code, report = _run(monkeypatch, tmp_path, lambda demo: demo.find("teddy bear"))
+    code, report = _run(monkeypatch, tmp_path, lambda demo: demo.find("teddy bear", 10.0))
     assert code == 0 and report["searches"][0]["verdict"] == "confirmed"
 
 
 def test_exit_code_of_a_false_claim(monkeypatch, tmp_path):
-    code, report = _run(monkeypatch, tmp_path, lambda demo: demo.find("elephant"))
+    code, report = _run(monkeypatch, tmp_path, lambda demo: demo.find("elephant", 10.0))
     assert code == 1 and report["searches"][0]["verdict"] == "wrong"
 
 
 @pytest.mark.parametrize("error", [ProcessDied("The sim process ended.\nlast words"), NoAnswer("nobody")])
 def test_exit_code_and_report_of_a_process_that_died(monkeypatch, tmp_path, capsys, error):
     def story(demo):
-        demo.find("teddy bear")
+        demo.find("teddy bear", 10.0)
         raise error
 
     code, report = _run(monkeypatch, tmp_path, story)
