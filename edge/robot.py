@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from edge.camera import CameraModel
@@ -10,15 +11,18 @@ from edge.mapping.coverage import CameraCoverage
 from edge.mapping.occupancy import OccupancyGrid
 from edge.memory.store import Vlpg
 from edge.observation import Observation, RgbdFrame
-from edge.pose import compose
+from edge.perception.close_look import look_closely, to_remember
+from edge.pose import between, compose
 
 
 @dataclass(frozen=True)
 class RobotConfig:
-    """The body, as planners and maps need it."""
+    """The body, and what is worth remembering."""
 
     radius: float = 0.18  # m, [U] Sec. V
-    height: float = 1.0  # m; what stands higher does not block
+    candidate_distance: float = 0.10  # m; [V] offers a view every 100 ms, but from the same pose it tells nothing new
+    candidate_angle: float = np.radians(6.0)  # rad
+    keyframe_quality: int = 75  # of the JPEG that a node keeps for `vlpg reindex`; about 9 kB
 
 
 class Robot:
@@ -38,8 +42,7 @@ class Robot:
         self.bumper = False
         self.distance = 0.0  # m driven
         self.frame: RgbdFrame | None = None  # the newest picture
-        self.view = None  # its embedding
-        self.remembering = True  # whether new views become nodes
+        self._offered = np.array([1e9, 1e9, 0.0])  # pose of the last view offered to the memory
 
     def perceive(self, observation: Observation) -> None:
         """Localize, map, look and remember; the order matters, each uses what the one before found."""
@@ -50,8 +53,8 @@ class Robot:
         if observation.scan is not None and not self.localizer.lost:
             self.grid.integrate_scan(self.in_map(observation.scan.odom), observation.scan)
         self.coverage.follow(self.grid.frame)
-        self.frame, self.view = observation.frame, None
-        if self.frame is not None:
+        self.frame = observation.frame
+        if self.frame is not None and not self.localizer.lost:
             self._look(self.frame)
 
     def in_map(self, odom):
@@ -62,6 +65,14 @@ class Robot:
         pose = self.in_map(frame.odom)
         self.grid.integrate_depth(pose, frame.depth, self.camera)
         self.coverage.integrate(pose, frame.depth, self.camera, self.grid.frame)
-        self.view = self.encoder.encode_image(frame.rgb)
-        if self.remembering:
-            self.memory.add(frame.stamp, pose, self.localizer.covariance, self.view.vectors, self.view.bearings)
+        x, y, turn = between(self._offered, pose)
+        if np.hypot(x, y) >= self.config.candidate_distance or abs(turn) >= self.config.candidate_angle:
+            self._offered = pose
+            self._remember(frame, pose)
+
+    def _remember(self, frame: RgbdFrame, pose) -> None:
+        """Offer a view to the memory, whose gate decides."""
+        vectors, bearings = to_remember(look_closely(self.encoder, frame.rgb, hfov=self.camera.hfov))
+        bgr = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2BGR)
+        keyframe = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, self.config.keyframe_quality])[1].tobytes()
+        self.memory.add(frame.stamp, pose, self.localizer.covariance, vectors, bearings, keyframe)

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from edge.memory.reindex import Reindexed, reindex
+from edge.perception.close_look import look_closely, to_remember
 from edge.perception.encoder import Encoder
 from models.manifest import Manifest, resolve
 
@@ -21,7 +22,6 @@ def reindex_store(store: Path, model: str | None) -> tuple[str, Reindexed]:
 
     def embed(jpeg: bytes):
         bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
-        view = encoder.encode_image(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB))
-        return view.vectors, view.bearings
+        return to_remember(look_closely(encoder, cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)))
 
     return encoder.name, reindex(store, encoder.name, encoder.digest, encoder.dim, embed)

@@ -8,7 +8,9 @@ from edge.missions.mission import Story
 from edge.missions.motion import route
 from edge.missions.sighting import Sighting, sight
 from edge.observation import STOP
-from edge.perception.detection import Detector
+from edge.perception.close_look import window_at
+from edge.perception.detection import Detection, Detector
+from edge.perception.encoder import View
 from edge.perception.prompts import Target
 from edge.perception.tracking import BoxTracker
 from edge.planning.centring import ImageTarget
@@ -21,6 +23,7 @@ class CentringConfig:
     """When the approach ends."""
 
     patience: float = 2.0  # s without the object in a picture, after which it is lost
+    wide: float = 0.35  # of the picture's width; what was wider is looked for in the whole picture, else in a window
     replan_every: float = 1.0  # s
     standoff: float = 1.5  # m from the object's place to the nearest floor that the way there may end at
     time_limit: float = 30.0  # s; a noisy box may never settle within the tolerance, and near enough is good
@@ -38,7 +41,9 @@ def centre(
     column, _ = tracker.update(first.stamp, first.detection.centre)
     last, started, planned = first, robot.stamp, -np.inf
     while not controller.arrived and robot.stamp - started < config.time_limit:
-        seen = sight(robot, detector, sought)
+        seen = None
+        if robot.frame is not None:
+            seen = sight(robot, detector, sought, [_view(robot, column, last.detection, config)])
         if seen is not None:
             last = seen
         elif robot.stamp - last.stamp > config.patience:
@@ -54,3 +59,11 @@ def centre(
         )
     yield STOP
     return last
+
+
+def _view(robot: Robot, column: float, last: Detection, config: CentringConfig) -> View:
+    """The picture around the object: one pass of the image tower."""
+    height, width = robot.frame.depth.shape
+    wide = last.box[2] - last.box[0] > config.wide * width
+    window = None if wide else window_at(column, width, height)
+    return robot.encoder.encode_image(robot.frame.rgb, robot.camera.hfov, window)

@@ -11,6 +11,7 @@ from edge.missions.mission import Mission, Story
 from edge.missions.motion import drive, face
 from edge.missions.sighting import Sighting, sight
 from edge.observation import STOP
+from edge.perception.close_look import look_closely
 from edge.perception.detection import Detector
 from edge.perception.prompts import Target
 from edge.planning.local_search import LocalSearch
@@ -97,11 +98,13 @@ class FindObject(Mission):
         return None
 
     def stare(self) -> Story:
-        """Stand still for some pictures; the last ``Sighting`` if most show the object, else None."""
-        sightings = []
+        """Stand still for some pictures and look closely; the last ``Sighting`` if most show the object, else None."""
+        robot, sightings = self.robot, []
         for _ in range(self.config.pictures):
             yield STOP
-            sightings.append(sight(self.robot, self.detector, self.target))
+            if robot.frame is not None:
+                views = look_closely(robot.encoder, robot.frame.rgb, hfov=robot.camera.hfov)
+                sightings.append(sight(robot, self.detector, self.target, views))
         seen = [sighting for sighting in sightings if sighting is not None]
         return seen[-1] if len(seen) > len(sightings) / 2 else None
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from edge.perception.detection import Detection, Detector
+from edge.perception.encoder import View
 from edge.perception.prompts import Target
 from edge.pose import transform
 from edge.robot import Robot
@@ -21,12 +22,11 @@ class Sighting:
     position: np.ndarray  # (2,) m in the map
 
 
-def sight(robot: Robot, detector: Detector, target: Target) -> Sighting | None:
-    """The target in the robot's newest picture, or None when there is no new picture or it is not in it."""
-    if robot.frame is None:
-        return None
+def sight(robot: Robot, detector: Detector, target: Target, views: list[View]) -> Sighting | None:
+    """The target in ``views`` of the robot's newest picture, where it shows best; None if in none of them."""
     height, width = robot.frame.depth.shape
-    detection = detector.detect(robot.view, target, (width, height))
+    detections = [detector.detect(view, target, (width, height)) for view in views]
+    detection = max((d for d in detections if d is not None), key=lambda d: d.score, default=None)
     if detection is None:
         return None
     camera = robot.camera

@@ -51,8 +51,12 @@ class Detector:
         score = self.score(view, target)
         if score < self._config.min_score:
             return None
-        box = salient_box(self._encoder.saliency(view, target.direction), image_size, self._config.level)
-        return None if box is None else Detection(box, score)
+        left, top, right, bottom = view.window or (0, 0, *image_size)
+        size = (right - left, bottom - top)
+        box = salient_box(self._encoder.saliency(view, target.direction), size, self._config.level)
+        if box is None:
+            return None
+        return Detection((left + box[0], top + box[1], left + box[2], top + box[3]), score)
 
 
 def salient_box(saliency: np.ndarray, image_size: tuple[int, int], level: float):

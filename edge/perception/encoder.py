@@ -18,12 +18,14 @@ class View:
 
     ``vectors`` (R, D) float32 unit rows: the whole picture, then its regions from left to right;
     ``bearings`` (R,) rad: mid-angle of each region from the optical axis, left positive;
-    ``features`` (C, h, w) float32: the last spatial feature map.
+    ``features`` (C, h, w) float32: the last spatial feature map;
+    ``window`` (left, top, right, bottom) px: the part of the picture that was looked at, None for all of it.
     """
 
     vectors: np.ndarray
     bearings: np.ndarray
     features: np.ndarray
+    window: tuple[int, int, int, int] | None = None
 
 
 class Encoder:
@@ -70,16 +72,21 @@ class Encoder:
         """Cosine(s) of a picture vector and a prompt to relevance in [0, 1], by the manifest's calibration."""
         return self._manifest.relevance(cosine)
 
-    def encode_image(self, rgb: np.ndarray, hfov: float = CameraModel.hfov) -> View:
+    def encode_image(self, rgb: np.ndarray, hfov: float = CameraModel.hfov, window=None) -> View:
         """One pass of the image tower over RGB ``(H, W, 3)`` uint8 from a camera with ``hfov`` [rad].
+
+        ``window`` (left, top, right, bottom) px looks at that part only, enlarged: what is small in the whole picture
+        is not in a part of it.
 
         Raises:
             ValueError: not a picture.
         """
-        vectors, features = self._image.run(None, {"image": preprocess(rgb, self._manifest.image)})
+        left, top, right, bottom = window or (0, 0, rgb.shape[1], rgb.shape[0])
+        part = rgb[top:bottom, left:right]
+        vectors, features = self._image.run(None, {"image": preprocess(part, self._manifest.image)})
         middle = np.array([(a + b) / 2 for a, b in self._manifest.image.regions])
-        bearings = np.arctan((1 - 2 * middle) * np.tan(hfov / 2))
-        return View(_finite_unit(vectors), bearings, features[0])
+        bearings = column_bearings(left + middle * (right - left), rgb.shape[1], hfov)
+        return View(_finite_unit(vectors), bearings, features[0], window)
 
     def encode_text(self, texts: list[str]) -> np.ndarray:
         """Prompts to ``(N, D)`` float32 unit rows.
@@ -92,7 +99,7 @@ class Encoder:
         return self._text.encode(texts)
 
     def saliency(self, view: View, direction: np.ndarray) -> np.ndarray:
-        """Grad-CAM ``(h, w)`` float32 >= 0 of the dot product of the view's whole-picture vector and ``direction`` (D,).
+        """Grad-CAM ``(h, w)`` float32 >= 0 of the view's whole-picture vector dotted with ``direction`` (D,).
 
         Closed form, without autograd (Selvaraju et al. 2017, used as in [V] Sec. III-C): after average pooling the
         gradient is the same in every cell, so the map is ``ReLU(F . J(m)^T d)`` with m the pooled feature and J the
@@ -102,6 +109,11 @@ class Encoder:
             self._saliency = open_session(self._manifest.folder / self._manifest.image.saliency, self._threads)
         feeds = {"features": view.features[None], "direction": np.asarray(direction, np.float32)}
         return np.nan_to_num(self._saliency.run(None, feeds)[0], posinf=0.0)
+
+
+def column_bearings(column, width: int, hfov: float):
+    """Bearing(s) [rad], left positive, of edges between pixel columns, counted from the left of ``width`` columns."""
+    return np.arctan((1 - 2 * np.asarray(column) / width) * np.tan(hfov / 2))
 
 
 def _finite_unit(vectors: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from edge.camera import CameraModel
-from edge.perception.encoder import View
+from edge.perception.encoder import View, column_bearings
 from edge.perception.prompts import SOMETHING_ELSE
 from firmware_sim.world import World
 
@@ -42,28 +42,29 @@ class OracleEncoder:
         named = max((noun for noun in self._nouns if noun in text), key=len, default=None)
         return self.dim - 1 if named is None else self._nouns.index(named)
 
-    def encode_image(self, rgb: np.ndarray, hfov: float = CameraModel.hfov) -> View:
+    def encode_image(self, rgb: np.ndarray, hfov: float = CameraModel.hfov, window=None) -> View:
         """The true content of the world's latest picture, which ``rgb`` must be."""
-        counts = self._counts()
+        left, top, right, bottom = window or (0, 0, rgb.shape[1], rgb.shape[0])
+        counts = self._counts(slice(top, bottom, 2), slice(left, right, 2))
         rows = []
-        for left, right in self.REGIONS:
-            columns = slice(round(left * counts.shape[1]), round(right * counts.shape[1]))
+        for first, last in self.REGIONS:
+            columns = slice(round(first * counts.shape[1]), round(last * counts.shape[1]))
             pixels = counts[:, columns].sum(axis=(0, 1))
             pixels[pixels < self.MIN_PIXELS] = 0
             pixels[-1] = self.OTHER * pixels[:-1].sum() if pixels[:-1].any() else 1.0
             rows.append(np.sqrt(np.append(pixels, 0.0)) / np.sqrt(pixels.sum()))
-        middle = np.array([(left + right) / 2 for left, right in self.REGIONS])
-        bearings = np.arctan((1 - 2 * middle) * np.tan(hfov / 2))
+        middle = np.array([(first + last) / 2 for first, last in self.REGIONS])
+        bearings = column_bearings(left + middle * (right - left), rgb.shape[1], hfov)
         features = cv2.resize(counts, self.CELLS[::-1], interpolation=cv2.INTER_AREA)
-        return View(np.array(rows, np.float32), bearings, features.transpose(2, 0, 1))
+        return View(np.array(rows, np.float32), bearings, features.transpose(2, 0, 1), window)
 
     def saliency(self, view: View, direction: np.ndarray) -> np.ndarray:
         """Share of each cell's pixels ``(h, w)`` that belong to what ``direction (dim,)`` names."""
         return np.tensordot(np.maximum(direction[:-1], 0), view.features, axes=1)
 
-    def _counts(self) -> np.ndarray:
-        """For each noun, 0 or 1 for each pixel of half the picture's resolution, times 4: ``(H/2, W/2, dim)``."""
-        instances = self._world.picture.instances[::2, ::2]
+    def _counts(self, rows: slice, columns: slice) -> np.ndarray:
+        """4 for each noun's pixels among every second one of the picture's, else 0: ``(rows, columns, nouns + 1)``."""
+        instances = self._world.picture.instances[rows, columns]
         nouns = [self._noun_of[thing_id] for thing_id in self._world.object_ids]
         axis = np.array([self._nouns.index(noun) for noun in nouns] + [self.dim - 2])  # -1, no object, is the last one
         return 4.0 * (axis[instances][..., None] == np.arange(self.dim - 1)).astype(np.float32)

@@ -1,0 +1,36 @@
+"""A closer look at a picture: the whole of it, then windows of it, each through the image tower by itself.
+
+A whole-picture vector hides small things ([V] leaves it at that). A thing that spans a tenth of the picture spans a
+fifth of a window. It costs a pass a window, so it is for the views that count: those that become nodes, and those that
+decide whether the object is there.
+"""
+
+import numpy as np
+
+from edge.camera import CameraModel
+from edge.perception.encoder import View
+
+# Left, top, right, bottom as shares of the picture: halves that overlap. Above 3/8 of the height, a level camera
+# 0.88 m high sees only walls from 1.5 m on.
+WINDOWS = ((0.0, 0.375, 0.5, 1.0), (0.25, 0.375, 0.75, 1.0), (0.5, 0.375, 1.0, 1.0))
+
+
+def look_closely(encoder, rgb: np.ndarray, whole: View | None = None, hfov: float = CameraModel.hfov) -> list[View]:
+    """Views of RGB ``(H, W, 3)``: the ``whole`` (encoded unless given), then the windows from left to right."""
+    height, width = rgb.shape[:2]
+    sizes = np.array([width, height, width, height])
+    parts = [tuple(np.rint(window * sizes).astype(int).tolist()) for window in np.array(WINDOWS)]
+    whole = whole or encoder.encode_image(rgb, hfov)
+    return [whole, *(encoder.encode_image(rgb, hfov, window) for window in parts)]
+
+
+def window_at(column: float, width: int, height: int) -> tuple[int, int, int, int]:
+    """The window, of the size that ``WINDOWS`` have, around a pixel ``column``: a fovea that follows an object."""
+    left, top, right, bottom = np.rint(np.array(WINDOWS[0]) * (width, height, width, height)).astype(int).tolist()
+    shift = int(np.clip(round(column) - (right - left) // 2, 0, width - (right - left)))
+    return left + shift, top, right + shift, bottom
+
+
+def to_remember(views: list[View]) -> tuple[np.ndarray, np.ndarray]:
+    """One vector a view, ``(R, D)``, and its bearing, ``(R,)`` [rad]: what a node keeps of a closer look."""
+    return np.stack([view.vectors[0] for view in views]), np.array([view.bearings[0] for view in views])
