@@ -164,6 +164,7 @@ def demo(
         list[str] | None, typer.Option("--object", help="what to find, in any words; may be repeated")
     ] = None,
     search: Annotated[bool, typer.Option("--search", help="look at the best guesses if it is not in memory")] = False,
+    offload: Annotated[str, typer.Option(help="who encodes text: never (the robot), host, or auto")] = "never",
     seed: Annotated[int, typer.Option(help="seed of the sensors' noise")] = 0,
     speed: Annotated[float, typer.Option(min=0.1, help="simulated seconds a second, at most")] = 8.0,
     out: Annotated[Path, typer.Option(help="folder that gets a folder for each run")] = Path("runs"),
@@ -174,7 +175,7 @@ def demo(
     from tools.demo.demo import DemoConfig, DemoError, run_demo
 
     with _explained(DemoError, HouseError, FurnitureError, OSError):
-        raise typer.Exit(run_demo(DemoConfig(home, tuple(objects or ()), search, seed, speed, out)))
+        raise typer.Exit(run_demo(DemoConfig(home, tuple(objects or ()), search, offload, seed, speed, out)))
 
 
 @app.command()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from math import degrees
 from pathlib import Path
+from typing import get_args
 
 from rich.console import Console
 
@@ -23,6 +24,7 @@ from tools.demo.progress import Display, TimeLeft
 from tools.demo.recorder import Recorder
 from tools.demo.truth import Truth
 from tools.report.page import write_page
+from tools.report.record import Offload
 from tools.robot_client import Call, RobotClient
 
 FAILED, INTERRUPTED = 1, 130  # exit codes
@@ -40,6 +42,7 @@ class DemoConfig:
     home: str = "apartment"
     objects: tuple[str, ...] = ()  # in words; none: those of tools.demo.naming
     search_unknown: bool = False  # go to the best guesses even if an object does not seem to be in memory
+    offload: Offload = "never"  # so that the memory shown is that of a robot with everything on board
     seed: int = 0
     speed: float = 8.0  # simulated s a s, at most; the simulator waits for a robot that cannot keep up
     out: Path = Path("runs")
@@ -56,11 +59,13 @@ def run_demo(config: DemoConfig) -> int:
 
     Raises DemoError, HouseError or FurnitureError before anything is started.
     """
+    if config.offload not in get_args(Offload):
+        raise DemoError(f"--offload is one of {', '.join(get_args(Offload))}, not {config.offload}")
     if any(not words.strip() for words in config.objects):
         raise DemoError("an object to find needs a name, but --object was empty")
     house = load_home(config.home)
     console = Console()
-    recorder = Recorder(house, config.seed, config.speed, _new_folder(config.out))
+    recorder = Recorder(house, config.seed, config.speed, config.offload, _new_folder(config.out))
     failed, interrupted = False, False
     try:
         with _terminable(), Supervisor(recorder.folder) as processes, Display(console) as display:
@@ -126,7 +131,8 @@ class Demo:
     def start_robot_and_host(self, endpoint: str) -> None:
         memory = str(self.recorder.folder / "home.vlpg")
         self.processes.start("host", module("host.node", "--connect", endpoint, *_LOOPBACK))
-        self.processes.start("robot", module("edge.node", "--memory", memory, "--connect", endpoint, *_LOOPBACK))
+        arguments = ("--memory", memory, "--offload", self.config.offload, "--connect", endpoint, *_LOOPBACK)
+        self.processes.start("robot", module("edge.node", *arguments))
         self.until("the robot", self.robot.answers)
 
     @contextmanager

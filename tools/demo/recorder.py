@@ -16,7 +16,7 @@ from tools.demo.machine import machine, versions
 from tools.demo.memory import History
 from tools.demo.naming import named
 from tools.demo.verdict import judgement
-from tools.report.record import Home, Hypothesis, Map, Mapping, Process, Run, Search, Thing
+from tools.report.record import Home, Hypothesis, Map, Mapping, Offload, Process, Run, Search, Thing
 
 STEP = 0.1  # m between points of a driven path
 
@@ -24,11 +24,11 @@ STEP = 0.1  # m between points of a driven path
 class Recorder:
     """Everything about one run; pictures go to ``folder`` as they come."""
 
-    def __init__(self, house: House, seed: int, speed: float, folder: Path):
+    def __init__(self, house: House, seed: int, speed: float, offload: Offload, folder: Path):
         self.house, self.folder = house, folder
         self.notes: list[str] = []
         self.histories: dict[str, History] = {}
-        self._seed, self._speed = seed, speed
+        self._seed, self._speed, self._offload = seed, speed, offload
         self._started, self._clock = datetime.now(), time.monotonic()
         self._path: list[tuple[float, float]] = []  # since the last mission ended
         self._mapping: Mapping | None = None
@@ -94,6 +94,7 @@ class Recorder:
             command=shlex.join(["vlpg", *sys.argv[1:]]),
             seed=self._seed,
             speed=self._speed,
+            offload=self._offload,
             machine=machine(),
             versions=versions(),
             wall=time.monotonic() - self._clock,

@@ -3,20 +3,20 @@
 from html import escape
 from math import ceil
 
-from tools.report.record import MEMORY_BUDGET, Process
+from tools.report.record import Process
 
 _WIDTH, _HEIGHT = 1000, 240
 _LEFT, _RIGHT, _TOP, _BOTTOM = 44, 150, 12, 26
 _APART = 15  # px between labels of two lines
 
 
-def memory_chart(processes: list[Process]) -> str:
-    """Lines with their names at the end, and the budget of the robot process; nothing without two readings."""
+def memory_chart(processes: list[Process], budget: float) -> str:
+    """Lines with their names at the end, and the robot's ``budget`` [MB]; nothing without two readings."""
     shown = [process for process in processes if len(process.times) > 1]
     if not shown:
         return ""
     end = max(process.times[-1] for process in shown)
-    highest = max([MEMORY_BUDGET, *(max(process.pss) for process in shown)])
+    highest = max([budget, *(max(process.pss) for process in shown)])
     top = 50 * ceil(highest * 1.05 / 50)
 
     def x(seconds):
@@ -34,9 +34,9 @@ def memory_chart(processes: list[Process]) -> str:
         parts.append(
             f'<text x="{x(share * end):.1f}" y="{_HEIGHT - 6}" text-anchor="middle">{share * end:.0f} s</text>'
         )
-    budget = y(MEMORY_BUDGET)
-    labels = [(budget, f"robot's budget {MEMORY_BUDGET:.0f} MB")]
-    parts.append(f'<line class="budget" x1="{_LEFT}" x2="{_WIDTH - _RIGHT}" y1="{budget:.1f}" y2="{budget:.1f}"/>')
+    line = f'y1="{y(budget):.1f}" y2="{y(budget):.1f}"'
+    parts.append(f'<line class="budget" x1="{_LEFT}" x2="{_WIDTH - _RIGHT}" {line}/>')
+    labels = [(y(budget), f"robot's budget {budget:.0f} MB")]
     for number, process in enumerate(shown):
         points = " ".join(f"{x(t):.1f},{y(p):.1f}" for t, p in zip(process.times, process.pss))
         parts.append(f'<polyline class="s{number % 3}" points="{points}"/>')

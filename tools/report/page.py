@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tools.report.memory_chart import memory_chart
 from tools.report.plan import SHOWN, FloorPlan, data_uri
-from tools.report.record import MEMORY_BUDGET, Process, Run, Search
+from tools.report.record import MEMORY_BUDGET, Run, Search
 from tools.report.style import CSS
 
 
@@ -39,7 +39,7 @@ def _page(run: Run, folder: Path) -> str:
             "<h2>The searches</h2>" if cards else "",
             *cards,
             "<h2>Memory</h2>",
-            _memory(run.processes),
+            _memory(run),
             "<h2>How it was run</h2>",
             _circumstances(run),
             "</main></body></html>",
@@ -127,14 +127,15 @@ def _picture(search: Search, folder: Path) -> str:
     )
 
 
-def _memory(processes: list[Process]) -> str:
+def _memory(run: Run) -> str:
+    budget = MEMORY_BUDGET[run.offload]
     rows = []
-    for process in processes:
+    for process in run.processes:
         verdict = ""
         if process.name == "robot":
-            kept = process.peak_pss <= MEMORY_BUDGET
+            kept = process.peak_pss <= budget
             word = "within" if kept else "over"
-            verdict = f'<b class="{"confirmed" if kept else "wrong"}">{word} {MEMORY_BUDGET:.0f} MB</b>'
+            verdict = f'<b class="{"confirmed" if kept else "wrong"}">{word} {budget:.0f} MB</b>'
         figures = (process.peak_pss, process.anonymous, process.file_backed, process.peak_rss)
         cells = "".join(f'<td class="n">{figure:.1f}</td>' for figure in figures)
         rows.append(f"<tr><td>{escape(process.name)}</td>{cells}<td>{verdict}</td></tr>")
@@ -146,7 +147,15 @@ def _memory(processes: list[Process]) -> str:
         "1 MB = 10⁶ bytes. From /proc/&lt;pid&gt;/smaps_rollup, twice a second; PSS divides a page by the number of "
         "processes that share it."
     )
-    return f'{_table("memory", head, rows)}{memory_chart(processes)}<p class="quiet">{source}</p>'
+    table = f'<p>{_TEXT[run.offload]}</p>{_table("memory", head, rows)}'
+    return f'{table}{memory_chart(run.processes, budget)}<p class="quiet">{source}</p>'
+
+
+_TEXT = {
+    "never": "Everything was on board: the robot encoded pictures and text itself.",
+    "auto": "The robot encoded pictures itself and left text to the host while that was there.",
+    "host": "The robot encoded pictures itself and left all text to the host.",
+}
 
 
 def _circumstances(run: Run) -> str:

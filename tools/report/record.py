@@ -12,7 +12,10 @@ Verdict = Literal["confirmed", "wrong", "no claim"]
 Xy = tuple[float, float]
 Xyt = tuple[float, float, float]
 
-MEMORY_BUDGET = 170.0  # MB, peak PSS of the robot process on a 512 MB board, all on board
+Offload = Literal["never", "auto", "host"]  # who encodes text: the robot, the host if it is there, only the host
+
+# MB, peak PSS of the robot process on a 512 MB board. In "auto" it must have room for its own text tower, too.
+MEMORY_BUDGET: dict[Offload, float] = {"never": 170.0, "auto": 170.0, "host": 130.0}
 
 
 class Thing(msgspec.Struct, frozen=True):
@@ -104,6 +107,7 @@ class Run(msgspec.Struct, frozen=True):
     command: str
     seed: int
     speed: float
+    offload: Offload
     machine: dict[str, str]
     versions: dict[str, str]
     wall: float  # wall s

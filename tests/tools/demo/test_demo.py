@@ -86,7 +86,7 @@ def house():
 
 @pytest.fixture
 def demo(house, tmp_path):
-    recorder = Recorder(house, 0, 4.0, tmp_path)
+    recorder = Recorder(house, 0, 4.0, "never", tmp_path)
     display = Display(Console(file=io.StringIO(), force_terminal=False))
     demo = Demo(DemoConfig(), recorder, Supervisor(tmp_path), display)
     demo.robot, demo.truth = MadeUpRobot(house), MadeUpTruth(house)
@@ -207,6 +207,12 @@ def test_exit_code_and_report_after_ctrl_c(monkeypatch, tmp_path):
 def test_words_without_a_word_start_nothing(tmp_path):
     with pytest.raises(DemoError, match="empty"):
         run_demo(DemoConfig(objects=("desk", " "), out=tmp_path))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unknown_offload_starts_nothing(tmp_path):
+    with pytest.raises(DemoError, match="never, auto, host"):
+        run_demo(DemoConfig(offload="always", out=tmp_path))
     assert list(tmp_path.iterdir()) == []
 
 

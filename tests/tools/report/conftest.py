@@ -103,6 +103,7 @@ def run(tmp_path, search):
         command='vlpg demo --object "teddy bear"',
         seed=0,
         speed=4.0,
+        offload="never",
         machine={"processor": "Example CPU, 2 cores", "memory": "24 GB", "system": "Linux 6.1"},
         versions={"vlpg-edge": "0.1.0", "python": "3.11.7"},
         wall=123.4,

@@ -5,7 +5,7 @@ from tools.report.record import Process
 
 
 def test_lines_end_at_their_last_reading_and_labels_do_not_overlap(run):
-    chart = memory_chart(run.processes)
+    chart = memory_chart(run.processes, 170.0)
     assert chart.count("<polyline") == 3
     heights = [float(y) for y in re.findall(r'<text x="858" y="([\d.]+)"', chart)]
     assert len(heights) == 4  # three processes and the budget
@@ -13,4 +13,4 @@ def test_lines_end_at_their_last_reading_and_labels_do_not_overlap(run):
 
 
 def test_too_few_readings_draw_nothing():
-    assert memory_chart([Process("robot", 1.0, 1.0, 0.0, 1.0, [0.0], [1.0])]) == ""
+    assert memory_chart([Process("robot", 1.0, 1.0, 0.0, 1.0, [0.0], [1.0])], 170.0) == ""

@@ -85,6 +85,11 @@ def test_a_robot_over_budget_is_said_to_be(run, tmp_path):
     assert "over 170 MB" in write_page(run, tmp_path).read_text()
 
 
+def test_a_robot_that_leaves_text_to_the_host_has_a_smaller_budget(run, tmp_path):
+    text = write_page(replace(run, offload="host"), tmp_path).read_text()
+    assert "over 130 MB" in text and "left all text to the host" in text
+
+
 def test_a_run_that_broke_off_early_still_has_a_page(run, tmp_path):
     run = replace(run, map=None, mapping=None, nodes=[], searches=[], processes=[])
     assert "The home was not mapped." in write_page(run, tmp_path).read_text()
