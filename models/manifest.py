@@ -1,4 +1,4 @@
-"""``models/<name>/manifest.json``: the single description of an encoder pair. The runtime knows manifests, not names."""
+"""``models/<name>/manifest.json``: all that describes an encoder pair. The runtime knows manifests, not names."""
 
 import hashlib
 import json

@@ -10,7 +10,7 @@ import onnxruntime  # noqa: E402
 
 
 def open_session(path: Path, threads: int = 1) -> onnxruntime.InferenceSession:
-    """A CPU session of the graph at ``path``. Its external data stays mapped from the file, so it costs what is touched."""
+    """A CPU session of the graph at ``path``. External data stays mapped from its file and costs what is touched."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1

@@ -43,7 +43,7 @@ class BoxTracker:
         return self._covariance.copy()
 
     def update(self, stamp: float, centre: tuple[float, float] | None) -> tuple[float, float] | None:
-        """Predict to ``stamp`` [s], then correct with a measured ``centre`` [px] (None: not seen). Returns the estimate.
+        """Predict to ``stamp`` [s], then correct with a measured ``centre`` [px] (None: not seen); the estimate.
 
         A measurement outside the gate is taken for a jump of the saliency and ignored; when nothing fits for
         ``max_age`` the track ends, and the next measurement starts a new one.

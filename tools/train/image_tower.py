@@ -36,7 +36,7 @@ class Trunk(nn.Module):
 
 
 class Head(nn.Module):
-    """Pooled features (N, 1280) to unit vectors (N, D) in the text tower's space; the weighted sum of two unit branches.
+    """Pooled features (N, 1280) to unit vectors (N, D) in the text tower's space: a weighted sum of two branches.
 
     - *projection*: trained on renders against the locked text tower (LiT, Zhai et al. 2022);
     - *concepts*: ImageNet's class posterior, averaged over the text embeddings of the class names (ConSE, Norouzi et
@@ -61,7 +61,7 @@ class Head(nn.Module):
 
 
 class ImageTower(nn.Module):
-    """(1, 3, H, W) to the unit vectors (R, D) of the whole picture and its regions, and the feature map (1, C, h, w)."""
+    """(1, 3, H, W) to the unit vectors (R, D) of picture and regions, and the feature map (1, C, h, w)."""
 
     def __init__(self, trunk: Trunk, head: Head, regions):
         super().__init__()

@@ -1,5 +1,6 @@
-"""Composite training pictures: cut-out models at metric scale in front of made-up rooms, with the truth of what is where."""
+"""Composite training pictures: cut-out models at metric scale in made-up rooms, with the truth of what is where."""
 
+from collections import Counter
 from dataclasses import dataclass
 
 import cv2
@@ -8,6 +9,7 @@ import numpy as np
 from edge.camera import CameraModel
 from tools.assets.catalog import Entry
 from tools.train.sprites import Sprite
+from tools.train.words import noun
 
 CAMERA = CameraModel()
 CELLS = (7, 9)  # rows, columns of the presence map: the feature map's own cells
@@ -30,6 +32,7 @@ class SceneMaker:
     def __init__(self, entries: list[Entry], sprites: list[list[Sprite]], seed: int):
         self._entries, self._sprites = entries, sprites
         self._rng = np.random.default_rng(seed)
+        self._shares = _shares(entries)
 
     def close_up(self, model: int) -> Scene:
         """One model that fills most of the picture, on a plain or a furnished background."""
@@ -47,7 +50,7 @@ class SceneMaker:
         rng = self._rng
         placed = []
         for depth in sorted(rng.uniform(0.7, 4.5, count), reverse=True):
-            model = int(rng.integers(len(self._entries)))
+            model = int(rng.choice(len(self._entries), p=self._shares))
             entry = self._entries[model]
             sprite = self._sprites[model][rng.integers(len(self._sprites[model]))]
             size = max(entry.size)
@@ -94,6 +97,14 @@ class SceneMaker:
         return Scene(_shoot(image, rng), models, presence, visible)
 
 
+def _shares(entries: list[Entry]) -> np.ndarray:
+    """How often each model is drawn: names with many models less often each; wall sockets and road signs rarely."""
+    count = Counter(noun(entry) for entry in entries)
+    shares = np.array([count[noun(entry)] ** -0.5 for entry in entries])
+    shares[[bool({"Electricity", "Road"} & set(entry.tags)) for entry in entries]] *= 0.15
+    return shares / shares.sum()
+
+
 def _place(rgba: np.ndarray, zoom: float, left: float, top: float, mirror: bool):
     """The cut-out resized and cut at the picture's edges, and where it goes; (None, None) when nothing is left."""
     width, height = (max(1, round(side * zoom)) for side in rgba.shape[1::-1])
@@ -120,13 +131,17 @@ def room(rng: np.random.Generator) -> np.ndarray:
     height, width = CAMERA.height, CAMERA.width
     u = (np.arange(width) - CAMERA.centre[0]) / CAMERA.focal
     v = (np.arange(height) - CAMERA.centre[1])[:, None] / CAMERA.focal
-    distance = rng.uniform(1.0, 6.0) / np.maximum(0.2, 1 + rng.uniform(-0.9, 0.9) * u)
+    distance = rng.uniform(0.5, 6.0) / np.maximum(0.2, 1 + rng.uniform(-0.9, 0.9) * u)
     if rng.random() < 0.6:  # a corner: the nearer of two walls
         distance = np.minimum(distance, rng.uniform(1.5, 6.0) / np.maximum(0.2, 1 + rng.uniform(-1.8, 1.8) * u))
     drop = CAMERA.mount_height / np.maximum(v, 1e-3)  # m to where the ray meets the floor
     floor = drop < distance[None]
     shade = 1 - 0.06 * np.minimum(distance, 5)
     image = np.where(floor[..., None], 0, (_paint(rng) * shade[:, None])[None]).astype(np.float32)
+    if rng.random() < 0.25:
+        image = np.where(floor[..., None], 0, image * _tiles(rng, v * distance[None], (u * distance)[None])[..., None])
+    if rng.random() < 0.35:
+        _open_doorway(rng, image, floor)
     image[floor] = _floor(rng, np.where(floor, drop, 0)[floor], np.broadcast_to(u, floor.shape)[floor])
     above = (CAMERA.mount_height - v * distance[None]) > 2.5
     image[above & ~floor] = rng.uniform(200, 250)
@@ -135,6 +150,25 @@ def room(rng: np.random.Generator) -> np.ndarray:
         image[board] = rng.uniform(120, 250)
     glow = 1 + rng.uniform(-0.2, 0.2) * np.linspace(-1, 1, width)[None] + rng.uniform(-0.15, 0.15) * v
     return image * glow[..., None].astype(np.float32)
+
+
+def _tiles(rng: np.random.Generator, height: np.ndarray, across: np.ndarray) -> np.ndarray:
+    """Brightness of a tiled wall at points given in metres, dark or pale joints."""
+    side, joint = rng.uniform(0.1, 0.4), rng.uniform(0.005, 0.015)
+    joints = (np.mod(height, side) < joint) | (np.mod(across, side) < joint)
+    return np.where(joints, rng.uniform(0.4, 1.1), 1.0)
+
+
+def _open_doorway(rng: np.random.Generator, image: np.ndarray, floor: np.ndarray) -> None:
+    """Another room behind a gap in the wall: a strip of other walls, down to the floor."""
+    left = int(rng.uniform(-0.1, 0.9) * image.shape[1])
+    right = left + int(rng.uniform(0.05, 0.35) * image.shape[1])
+    gap = np.zeros_like(floor)
+    gap[max(0, int(rng.uniform(-0.2, 0.3) * image.shape[0])) :, max(0, left) : right] = True
+    image[gap & ~floor] = _paint(rng)
+    inner = max(0, left) + int(rng.uniform(0.2, 0.8) * (right - max(0, left)))
+    gap[:, :inner] = False
+    image[gap & ~floor] = _paint(rng)
 
 
 def _floor(rng: np.random.Generator, depth: np.ndarray, u: np.ndarray) -> np.ndarray:

@@ -49,6 +49,6 @@ def imagenet_names(folder: Path) -> list[list[str]]:
 
 def concept_vectors(classes: list[list[str]], encode) -> np.ndarray:
     """``(len(classes), D)`` unit rows: mean text embedding over the names and two templates of each class."""
-    rows = [encode([template.format(name) for name in group for template in TEMPLATES[:2]]).mean(0) for group in classes]
-    rows = np.stack(rows)
+    prompts = [[template.format(name) for name in group for template in TEMPLATES[:2]] for group in classes]
+    rows = np.stack([encode(group).mean(0) for group in prompts])
     return (rows / np.linalg.norm(rows, axis=1, keepdims=True)).astype(np.float32)

@@ -1,0 +1,83 @@
+import json
+import shutil
+
+import pytest
+
+from models.manifest import Manifest, ModelError, resolve
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A copy of the shipped folder's small files: the manifest, and one file that it still lists."""
+    source = resolve()
+    raw = json.loads((source / "manifest.json").read_text())
+    kept = [entry for entry in raw["files"] if entry["name"] == "tokenizer.json"]
+    (tmp_path / "manifest.json").write_text(json.dumps(raw | {"files": kept}))
+    shutil.copy(source / "tokenizer.json", tmp_path)
+    return tmp_path
+
+
+def edit(folder, **changes):
+    path = folder / "manifest.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+
+
+def test_the_shipped_model_is_intact():
+    manifest = Manifest.load(resolve())
+    manifest.verify()
+    assert manifest.name == "lite0-minilm" and manifest.dim == 384
+
+
+def test_every_file_of_the_folder_but_manifest_and_card_is_listed():
+    manifest = Manifest.load(resolve())
+    there = {path.name for path in manifest.folder.iterdir()} - {"manifest.json", "MODEL_CARD.md"}
+    assert there == {file.name for file in manifest.files}
+
+
+def test_a_missing_file_is_named(folder):
+    (folder / "tokenizer.json").unlink()
+    with pytest.raises(ModelError, match="tokenizer.json is missing; restore"):
+        Manifest.load(folder).verify()
+
+
+@pytest.mark.parametrize("damage", [lambda data: data[:-1], lambda data: data[:-1] + b"x"])
+def test_a_damaged_file_is_named(folder, damage):
+    path = folder / "tokenizer.json"
+    path.write_bytes(damage(path.read_bytes()))
+    with pytest.raises(ModelError, match="tokenizer.json is damaged"):
+        Manifest.load(folder).verify()
+
+
+def test_the_digest_follows_the_files_only(folder):
+    before = Manifest.load(folder).digest
+    edit(folder, logit_scale=1.0)
+    assert Manifest.load(folder).digest == before
+    edit(folder, files=[{"name": "tokenizer.json", "sha256": "0" * 64, "size": 1}])
+    assert Manifest.load(folder).digest != before
+
+
+def test_an_unknown_name_lists_the_known_ones():
+    with pytest.raises(ModelError, match="no model named clip-vit.*lite0-minilm"):
+        resolve("clip-vit")
+
+
+def test_a_folder_is_resolved_by_path(folder):
+    assert resolve(folder) == folder
+
+
+@pytest.mark.parametrize("content", ["", "{", '{"name": "x"}', "[]", "\x00"])
+def test_a_broken_manifest_is_one_sentence(tmp_path, content):
+    (tmp_path / "manifest.json").write_text(content)
+    with pytest.raises(ModelError, match="manifest.json"):
+        Manifest.load(tmp_path)
+
+
+def test_a_folder_without_manifest(tmp_path):
+    with pytest.raises(ModelError, match="no model in"):
+        Manifest.load(tmp_path)
+
+
+def test_relevance_is_a_rising_probability():
+    relevance = Manifest.load(resolve()).relevance
+    low, high = relevance([-1.0, 1.0])
+    assert 0 <= low < 0.5 < high <= 1

@@ -1,0 +1,211 @@
+"""The stages of training, each resuming from the files that the ones before it left in the work folder."""
+
+import json
+import shutil
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import nn
+
+from edge.perception.encoder import Encoder
+from edge.perception.preprocess import preprocess
+from edge.perception.prompts import contrast
+from edge.perception.session import open_session
+from edge.perception.text import TextTower as RuntimeText
+from models.manifest import Image, Manifest
+from tools.assets.catalog import find_libraries
+from tools.train import card, evaluate, image_export, text_tower
+from tools.train.calibrate import logistic, presence
+from tools.train.features import Features, is_validation, make_chunks
+from tools.train.fetch import fetch
+from tools.train.golden import write_golden
+from tools.train.head import TrainConfig, Vocabulary, sample, train
+from tools.train.image_tower import Head, ImageTower, Trunk
+from tools.train.package import write_manifest
+from tools.train.scenes import SceneMaker
+from tools.train.sprites import LIBRARIES, load_sprites, render_library, training_entries
+from tools.train.validate import pooled_regions, validate
+from tools.train.words import NOTHING, TEMPLATES, concept_vectors, imagenet_names, names, noun
+
+HEIGHT, WIDTH = 224, 288  # px: 7 x 9 cells, so that thirds fall between cells; 320 x 240 is stretched by 4 %
+REGIONS = ((0.0, 1.0), (0.0, 1 / 3), (1 / 3, 2 / 3), (2 / 3, 1.0))
+MEAN, STD = (0.498, 0.498, 0.498), (0.502, 0.502, 0.502)  # (x - 127) / 128, as the trunk was trained
+SHARE = 0.5  # of the concepts in the fused vector; best of 0.2 … 0.65 on the validation models
+TRAINING_CHUNKS, VALIDATION_CHUNKS = 22, 2  # of 500 scenes
+CALIBRATION = 64  # pictures that set the int8 ranges
+CONTEXT = 128  # tokens
+
+
+class Pipeline:
+    """Stages by name. ``furniture`` holds the libraries, ``work`` what can be made again, ``model`` is the result."""
+
+    def __init__(self, furniture: Path, work: Path, model: Path):
+        self.furniture, self.work, self.model = furniture, work, model
+        self.fetched, self.trunk_model = work / "fetched", work / "trunk"
+        self.image = Image("image.onnx", "saliency.onnx", HEIGHT, WIDTH, MEAN, STD, REGIONS)
+
+    def fetch(self) -> None:
+        fetch(self.fetched)
+
+    def render(self) -> None:
+        libraries = find_libraries(self.furniture)
+        with ProcessPoolExecutor(2) as pool:
+            jobs = [pool.submit(render_library, libraries[name], self.work / "sprites") for name in LIBRARIES]
+            jobs.append(pool.submit(evaluate.render_held_out, libraries, self.work / "held_out"))
+            for job in jobs:
+                job.result()
+
+    def features(self) -> None:
+        """Quantize the frozen trunk first: the head learns from what the int8 trunk will see."""
+        if not (self.trunk_model / "manifest.json").exists():
+            self._pack(self._new_head(share=1.0), self.trunk_model, {"slope": 1.0, "offset": 0.0}, 1.0)
+        session = open_session(self.trunk_model / "image.onnx")
+        see = lambda rgb: session.run(["features"], {"image": preprocess(rgb, self.image)})[0][0]  # noqa: E731
+        entries = training_entries(self.furniture)
+        held = np.array([is_validation(entry) for entry in entries])
+        for name, use, count in (("val", held, VALIDATION_CHUNKS), ("train", ~held, TRAINING_CHUNKS)):
+            folder = self.work / "features" / name
+            make_chunks(entries, np.flatnonzero(use), self.work / "sprites", see, folder, count)
+
+    def train(self) -> None:
+        """Once without the validation models, to measure and calibrate; then with all, to ship."""
+        torch.set_num_threads(1)  # the matrices are small: two threads spend their time waiting for each other
+        entries, config = training_entries(self.furniture), TrainConfig()
+        encode = self._text().encode
+        vocabulary = Vocabulary(entries, encode)
+        training, validation = self._features("train"), self._features("val")
+        samples = sample(training, vocabulary, config)
+        head = self._new_head(SHARE)
+        train(head, samples, vocabulary, config)
+        report = self._measure(head, validation, entries, encode, config)
+        (self.work / "validation.json").write_text(json.dumps(report, indent=2))
+        print(json.dumps(report["scores"]))
+        train(head, samples.with_more(sample(validation, vocabulary, config)), vocabulary, config)
+        torch.save(head.state_dict(), self.work / "head.pt")
+
+    def export(self) -> None:
+        head = self._trained_head()
+        image_export.export_float(self._tower(head), HEIGHT, WIDTH, self.work / "export" / "image_float.onnx")
+
+    def quantize(self) -> None:
+        head = self._trained_head()
+        report = json.loads((self.work / "validation.json").read_text())
+        self._pack(head, self.model, report["relevance"], report["logit_scale"])
+        target = Path("tests/edge/perception/encoder_golden.npz")
+        write_golden(self._tower(head), self._pictures(6), self.image, Encoder.load(self.model), target)
+
+    def evaluate(self) -> None:
+        """Held-out naming with the int8 model, and with the same model in float32."""
+        libraries, entries = find_libraries(self.furniture), training_entries(self.furniture)
+        trained = {name for entry in entries for name in names(entry)}
+        held, pictures = evaluate.held_out(libraries), self.work / "held_out"
+        evaluate.render_held_out(libraries, pictures)
+        results = {}
+        for kind, folder in (("int8", self.model), ("float32", self._float_model())):
+            result = evaluate.evaluate_naming(Encoder.load(folder), held, pictures, trained)
+            results[kind] = asdict(result)
+            print(kind, json.dumps(results[kind]))
+        results["parity"] = evaluate.parity(Encoder.load(self.model), Encoder.load(self._float_model()), pictures)
+        results["homes"] = evaluate.evaluate_homes(Encoder.load(self.model))
+        print(json.dumps({key: results[key] for key in ("parity", "homes")}))
+        (self.work / "evaluation.json").write_text(json.dumps(results, indent=2))
+
+    def card(self) -> None:
+        validation = json.loads((self.work / "validation.json").read_text())
+        results = json.loads((self.work / "evaluation.json").read_text())
+        scenes = len(self._features("train").maps) + len(self._features("val").maps)
+        held = sum(map(is_validation, training_entries(self.furniture)))
+        text = card.write(Manifest.load(self.model), scenes, held, len(TEMPLATES), validation, results)
+        (self.model / "MODEL_CARD.md").write_text(text)
+
+    def _text(self) -> RuntimeText:
+        """The int8 text tower, packed alone into the work folder on first use: it is locked, so it comes first."""
+        folder = self.work / "text"
+        if not (folder / "text.onnx").exists():
+            plain = self.work / "export" / "text_float.onnx"
+            plain.parent.mkdir(parents=True, exist_ok=True)
+            text_tower.export(text_tower.TextTower.load(self.fetched / "minilm"), plain)
+            folder.mkdir(exist_ok=True)
+            shutil.copy(self.fetched / "minilm" / "tokenizer.json", folder)
+            text_tower.quantize(plain, folder / "text.onnx")
+        write_manifest(folder, self._fields("text", {"slope": 1.0, "offset": 0.0}, 1.0))
+        return RuntimeText(Manifest.load(folder))
+
+    def _new_head(self, share: float) -> Head:
+        weight, bias = Trunk.load(self.fetched / "efficientnet-lite0.pth").classifier()
+        classifier = nn.Linear(*weight.T.shape)
+        classifier.weight, classifier.bias = nn.Parameter(weight), nn.Parameter(bias)
+        saved = self.work / "concepts.npy"
+        if not saved.exists():
+            np.save(saved, concept_vectors(imagenet_names(self.fetched), self._text().encode))
+        return Head(classifier, torch.tensor(np.load(saved)), share).requires_grad_(False)
+
+    def _trained_head(self) -> Head:
+        head = self._new_head(SHARE)
+        head.load_state_dict(torch.load(self.work / "head.pt", weights_only=True))
+        image_export.round_weights(head)
+        return head
+
+    def _tower(self, head: Head) -> ImageTower:
+        return ImageTower(Trunk.load(self.fetched / "efficientnet-lite0.pth"), head, REGIONS).eval()
+
+    def _features(self, name: str) -> Features:
+        return Features.load(sorted((self.work / "features" / name).glob("[0-9][0-9][0-9].npz")))
+
+    def _measure(self, head, validation, entries, encode, config) -> dict:
+        """Scores of the validation models, and the two calibrations fitted on them."""
+        held = [entry for entry in entries if is_validation(entry)]
+        nouns = sorted({noun(entry) for entry in held})
+        nothing = encode([NOTHING])[0]
+        texts = encode([contrast(name)[0] for name in nouns])
+        pooled = pooled_regions(validation, REGIONS)
+        score = validate(head, validation, pooled, entries, dict(zip(nouns, texts - nothing)))
+        with torch.no_grad():
+            vectors = head(pooled).numpy()
+        truth = presence(validation, entries, nouns, REGIONS)
+        known = ~np.isnan(truth)
+        slope, offset = logistic((vectors @ texts.T)[known], truth[known] == 1)
+        scale, _ = logistic((vectors @ (texts - nothing).T)[known], truth[known] == 1, intercept=False)
+        relevance = {"slope": round(slope, 3), "offset": round(offset, 3)}
+        scores = {"scores": asdict(score), "config": asdict(config)}
+        return scores | {"relevance": relevance, "logit_scale": round(scale, 3)}
+
+    def _pictures(self, count: int) -> list[np.ndarray]:
+        """Scenes of the training models for int8 ranges and the golden file, the same each time."""
+        entries = training_entries(self.furniture)[::3]
+        maker = SceneMaker(entries, [load_sprites(self.work / "sprites", entry) for entry in entries], seed=1)
+        scenes = [maker.close_up(i * 3 % len(entries)) if i % 2 else maker.view(1 + i % 5) for i in range(count)]
+        return [scene.rgb for scene in scenes]
+
+    def _pack(self, head: Head, folder: Path, relevance: dict, scale: float) -> None:
+        """A whole int8 model folder."""
+        folder.mkdir(parents=True, exist_ok=True)
+        plain = self.work / "export" / "image_float.onnx"
+        image_export.round_weights(head)
+        image_export.export_float(self._tower(head), HEIGHT, WIDTH, plain)
+        pictures = (preprocess(rgb, self.image) for rgb in self._pictures(CALIBRATION))
+        image_export.quantize(plain, folder / "image.onnx", pictures)
+        image_export.export_saliency(head, HEIGHT, WIDTH, folder / "saliency.onnx")
+        self._text()
+        for name in ("text.onnx", "text.onnx.data", "tokenizer.json"):
+            shutil.copy(self.work / "text" / name, folder)
+        write_manifest(folder, self._fields(self.model.name, relevance, scale))
+
+    def _float_model(self) -> Path:
+        """The finished model with its image tower in float32, for comparison."""
+        folder = self.work / "float32"
+        shutil.copytree(self.model, folder, dirs_exist_ok=True)
+        (folder / "image.onnx.data").unlink(missing_ok=True)
+        shutil.copy(self.work / "export" / "image_float.onnx", folder / "image.onnx")
+        fields = json.loads((self.model / "manifest.json").read_text())
+        write_manifest(folder, {key: value for key, value in fields.items() if key != "files"})
+        return folder
+
+    def _fields(self, name: str, relevance: dict, scale: float) -> dict:
+        """The manifest without its files."""
+        image = asdict(self.image)
+        text = {"graph": "text.onnx", "tokenizer": "tokenizer.json", "context_length": CONTEXT}
+        return {"name": name, "dim": 384, "logit_scale": scale, "image": image, "text": text, "relevance": relevance}
