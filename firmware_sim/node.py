@@ -180,12 +180,13 @@ def main(arguments=None):
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
 
     from firmware_sim.furniture import FurnitureError
-    from firmware_sim.house import House, HouseError
+    from firmware_sim.home import load_home
+    from firmware_sim.house import HouseError
     from firmware_sim.world import World, WorldConfig
 
     stop = stop_event()
     try:
-        world = World(House.load(options.home), options.seed, WorldConfig(noise=not options.no_noise))
+        world = World(load_home(options.home), options.seed, WorldConfig(noise=not options.no_noise))
         with open_session(link_config(options), stop) as session:
             Node(session, world, NodeConfig(name=options.name, speed=options.speed)).run(stop)
     except (HouseError, FurnitureError, LinkError) as error:

@@ -15,8 +15,7 @@ from rich.console import Console
 from edge.link.exchange import NoAnswer
 from edge.link.requests import RequestError
 from edge.link.session import LinkConfig, LinkError, open_session
-from firmware_sim.generator import generate
-from firmware_sim.house import House
+from firmware_sim.home import load_home
 from tools.demo.memory import Sampler
 from tools.demo.naming import default_objects
 from tools.demo.processes import ProcessDied, Supervisor, free_port, module
@@ -216,12 +215,6 @@ class Demo:
 
 
 _LOOPBACK = ("--no-multicast-scouting",)
-
-
-def load_home(home: str) -> House:
-    """A home by name, file, or ``generated:SEED``, as ``vlpg sim`` understands it. Raises HouseError."""
-    kind, _, seed = home.partition(":")
-    return generate(int(seed)) if kind == "generated" and seed.isdecimal() else House.load(home)
 
 
 def _new_folder(out: Path) -> Path:

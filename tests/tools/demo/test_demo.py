@@ -14,9 +14,9 @@ from edge.camera import CameraModel
 from edge.link.exchange import NoAnswer
 from edge.link.requests import Array, FindReply, GraphReply, Hypothesis, MapReply, RequestError
 from edge.pose import between
-from firmware_sim.house import House, HouseError
+from firmware_sim.house import House
 from tools.demo import demo as demo_module
-from tools.demo.demo import Demo, DemoConfig, DemoError, load_home, run_demo
+from tools.demo.demo import Demo, DemoConfig, DemoError, run_demo
 from tools.demo.processes import ProcessDied, Supervisor
 from tools.demo.progress import Display
 from tools.demo.recorder import Recorder
@@ -214,10 +214,3 @@ def test_an_unknown_offload_starts_nothing(tmp_path):
     with pytest.raises(DemoError, match="never, auto, host"):
         run_demo(DemoConfig(offload="always", out=tmp_path))
     assert list(tmp_path.iterdir()) == []
-
-
-def test_homes_by_name_and_seed():
-    assert load_home("cottage").name == "cottage"
-    assert load_home("generated:7").name == "home-7"
-    with pytest.raises(HouseError):
-        load_home("generated:seven")
