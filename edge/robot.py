@@ -52,6 +52,8 @@ class Robot:
         self.twist, self.bumper = observation.twist, observation.bumper
         if observation.scan is not None and not self.localizer.lost:
             self.grid.integrate_scan(self.in_map(observation.scan.odom), observation.scan)
+        if observation.bumper:
+            self.grid.integrate_contact(pose, self.config.radius)
         self.coverage.follow(self.grid.frame)
         self.frame = observation.frame
         if self.frame is not None and not self.localizer.lost:

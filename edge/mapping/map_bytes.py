@@ -6,7 +6,8 @@ import zlib
 import numpy as np
 
 MAGIC = b"VLPGMAP"
-VERSION = 1
+VERSION = 2
+LAYERS = 3
 _HEADER = struct.Struct("<7sBdiiIIIII")  # magic, version, resolution, corner row col, layers, rows, cols, length, crc32
 _MAX_CELLS = 64_000_000  # a damaged header must not ask for gigabytes; 400x400 m at 0.05 m
 
@@ -20,7 +21,7 @@ def pack(resolution: float, corner: np.ndarray, layers: np.ndarray) -> bytes:
 
 
 def unpack(data: bytes) -> tuple[float, np.ndarray, np.ndarray]:
-    """Resolution [m], corner (row, col) and layers ``(2, H, W)`` int8 of ``pack``'s bytes.
+    """Resolution [m], corner (row, col) and layers ``(LAYERS, H, W)`` int8 of ``pack``'s bytes.
 
     Raises ValueError, saying what to do, when the bytes are no map, of another version, cut short or altered.
     """
@@ -33,7 +34,7 @@ def unpack(data: bytes) -> tuple[float, np.ndarray, np.ndarray]:
     body = bytes(data[_HEADER.size :])
     if len(body) != length or zlib.crc32(_HEADER.pack(*fields, 0) + body) != crc:
         raise ValueError("The saved map is damaged (checksum differs); restore a backup or map the home again.")
-    if count != 2 or not 0 < rows * cols <= _MAX_CELLS or not resolution > 0:
+    if count != LAYERS or not 0 < rows * cols <= _MAX_CELLS or not resolution > 0:
         raise ValueError("The saved map has a shape that no map has; restore a backup or map the home again.")
     try:
         cells = np.frombuffer(zlib.decompress(body), np.int8)

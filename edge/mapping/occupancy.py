@@ -26,6 +26,7 @@ class OccupancyConfig:
     max_extent: float = 100.0  # m; a larger home means a broken pose, not a mansion
     min_range: float = 0.10  # m; nearer lidar returns are the robot itself
     min_pixels: int = 2  # sampled depth pixels in a cell that make a hit; fewer are edge artefacts
+    bumper_width: float = 0.9  # rad, arc in front of the robot that one contact blocks
     body_radius: float = 0.13  # m; inside the robot (0.18 m) less a cell, the ground under it is free
 
 
@@ -46,6 +47,7 @@ class OccupancyGrid:
         self._corner = np.array([-chunk, -chunk])  # (row, col) of array cell [0, 0], counted from the map's origin
         self._lidar = np.zeros((2 * chunk, 2 * chunk), np.int8)
         self._depth = np.zeros_like(self._lidar)
+        self._contact = np.zeros_like(self._lidar)  # 1 where the bumper met something
         self._revision = 0
         self._cache: dict = {}
 
@@ -124,10 +126,23 @@ class OccupancyGrid:
         log_odds.update(layer, hits, misses, self.config.depth)
         self._changed()
 
+    def integrate_contact(self, pose: np.ndarray, radius: float) -> None:
+        """Marks what a robot of ``radius`` [m] at ``pose`` (3,) has run into: it drives forwards, so it is in front.
+
+        A shoe is too low for the lidar and for the camera's obstacles; the bumper tells, and no other sensor unsays it.
+        """
+        pose = _finite(pose)
+        angles = pose[2] + np.linspace(-self.config.bumper_width / 2, self.config.bumper_width / 2, 9)
+        met = pose[:2] + (radius + self.resolution / 2) * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        window, corner = self._window(met, pose)
+        row, col = self._index(met, corner)
+        self._contact[window][row, col] = 1
+        self._changed()
+
     @property
     def occupied(self) -> np.ndarray:
         """Cells with an obstacle, bool ``(H, W)``, read-only."""
-        return self._cached("occupied", lambda: (self._lidar > 0) | (self._depth > 0))
+        return self._cached("occupied", lambda: (self._lidar > 0) | (self._depth > 0) | (self._contact > 0))
 
     @property
     def free(self) -> np.ndarray:
@@ -158,14 +173,15 @@ class OccupancyGrid:
 
     def to_bytes(self) -> bytes:
         """The map as bytes (see ``map_bytes``), for ``from_bytes``."""
-        return map_bytes.pack(self.resolution, self._corner, np.stack([self._lidar, self._depth]))
+        return map_bytes.pack(self.resolution, self._corner, np.stack([self._lidar, self._depth, self._contact]))
 
     @classmethod
     def from_bytes(cls, data: bytes, config: OccupancyConfig | None = None) -> "OccupancyGrid":
         """The map that ``to_bytes`` wrote. Raises ValueError when the bytes are damaged or from another version."""
         resolution, corner, layers = map_bytes.unpack(data)
         grid = cls(resolution, config)
-        grid._corner, (grid._lidar, grid._depth) = corner, (np.ascontiguousarray(layer) for layer in layers)
+        grid._corner = corner
+        grid._lidar, grid._depth, grid._contact = (np.ascontiguousarray(layer) for layer in layers)
         return grid
 
     def _clearance(self) -> np.ndarray:
@@ -215,7 +231,7 @@ class OccupancyGrid:
                 "check the robot's pose, or raise max_extent."
             )
         pad = list(zip(before, after))
-        self._lidar, self._depth = np.pad(self._lidar, pad), np.pad(self._depth, pad)
+        self._lidar, self._depth, self._contact = (np.pad(x, pad) for x in (self._lidar, self._depth, self._contact))
         self._corner = self._corner - before
 
 

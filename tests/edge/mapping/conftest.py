@@ -15,7 +15,7 @@ def draw(picture: str, resolution=0.1, repeat=1):
     codes = {"#": 20, ".": -8, " ": 0}
     layer = np.array([[codes[sign] for sign in line.ljust(width)] for line in reversed(lines)], np.int8)
     layer = np.kron(layer, np.ones((repeat, repeat), np.int8))
-    return OccupancyGrid.from_bytes(map_bytes.pack(resolution, np.zeros(2), np.stack([layer, 0 * layer])))
+    return OccupancyGrid.from_bytes(map_bytes.pack(resolution, np.zeros(2), np.stack([layer, 0 * layer, 0 * layer])))
 
 
 def cast(pose, walls, beams=360, range_max=8.0):

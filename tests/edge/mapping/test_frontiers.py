@@ -117,7 +117,7 @@ def test_reachable_is_networkx_component():
     rng = np.random.default_rng(3)
     layer = np.where(rng.random((40, 40)) < 0.35, 20, -8).astype(np.int8)
     layer[5, 5] = -8
-    grid = OccupancyGrid.from_bytes(map_bytes.pack(0.1, np.zeros(2), np.stack([layer, 0 * layer])))
+    grid = OccupancyGrid.from_bytes(map_bytes.pack(0.1, np.zeros(2), np.stack([layer, 0 * layer, 0 * layer])))
     graph = nx.grid_2d_graph(40, 40)
     graph.remove_nodes_from(zip(*np.nonzero(layer > 0)))
     wanted = nx.node_connected_component(graph, (5, 5))

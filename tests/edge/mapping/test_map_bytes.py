@@ -8,11 +8,11 @@ from hypothesis.extra.numpy import arrays
 
 from edge.mapping import map_bytes
 
-PACKED = map_bytes.pack(0.05, np.array([-3, 7]), np.arange(-60, 60, dtype=np.int8).reshape(2, 6, 10))
+PACKED = map_bytes.pack(0.05, np.array([-3, 7]), np.arange(-90, 90, dtype=np.int8).reshape(3, 6, 10))
 
 
 @settings(deadline=None)
-@given(arrays(np.int8, st.tuples(st.just(2), st.integers(1, 20), st.integers(1, 20))), st.integers(-999, 999))
+@given(arrays(np.int8, st.tuples(st.just(3), st.integers(1, 20), st.integers(1, 20))), st.integers(-999, 999))
 def test_round_trip(layers, row):
     resolution, corner, got = map_bytes.unpack(map_bytes.pack(0.05, np.array([row, 5]), layers))
     assert resolution == 0.05 and corner.tolist() == [row, 5]

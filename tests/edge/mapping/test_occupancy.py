@@ -181,3 +181,16 @@ def test_views_cannot_be_written():
 def test_a_resolution_that_is_none_is_refused():
     with pytest.raises(ValueError, match="metres a cell"):
         OccupancyGrid(0.0)
+
+
+def test_what_the_bumper_met_stays_though_the_other_sensors_look_over_it():
+    grid = OccupancyGrid()
+    grid.integrate_contact(np.array([0.0, 0.0, np.pi / 2]), 0.18)
+    ahead = grid.frame.to_cell([0.0, 0.2])
+    assert grid.occupied[ahead] and not grid.occupied[grid.frame.to_cell([0.0, -0.2])]
+    camera = CameraModel()
+    for _ in range(20):
+        grid.integrate_depth(np.array([0.0, -2.0, np.pi / 2]), np.full((240, 320), np.nan, np.float32), camera)
+    assert grid.occupied[grid.frame.to_cell([0.0, 0.2])]
+    again = OccupancyGrid.from_bytes(grid.to_bytes())
+    assert np.array_equal(again.occupied, grid.occupied)
