@@ -106,7 +106,8 @@ class Encoder:
         Jacobian of the head there. The model's own saliency graph evaluates it, since J depends on the head.
         """
         if self._saliency is None:
-            self._saliency = open_session(self._manifest.folder / self._manifest.image.saliency, self._threads)
+            graph = self._manifest.folder / self._manifest.image.saliency
+            self._saliency = open_session(graph, self._threads, exact=True)
         feeds = {"features": view.features[None], "direction": np.asarray(direction, np.float32)}
         return np.nan_to_num(self._saliency.run(None, feeds)[0], posinf=0.0)
 

@@ -19,6 +19,10 @@ from onnxruntime.quantization.shape_inference import quant_pre_process
 
 from tools.train.image_tower import CHANNELS, STRIDE, Head, ImageTower, Saliency
 
+# The stem and the first block stay in float32: their few channels have such unequal ranges that with them in int8 the
+# pooled features keep a median cosine of 0.977 to float32's, and 0.997 without. They are no slower in float32.
+EXACT = 3  # convolutions
+
 
 def round_weights(head: Head) -> None:
     """Put the head's matrices on an int8 grid (one scale an output row), in place.
@@ -47,9 +51,10 @@ def export_saliency(head: Head, height: int, width: int, path: Path) -> None:
 
 
 def quantize(source: Path, target: Path, pictures: Iterator[np.ndarray]) -> None:
-    """Int8: convolutions static (QDQ, U8S8, per channel, min-max over ``pictures``), the head's matrices dynamic."""
+    """Int8: convolutions static (QDQ, U8S8, per channel, min-max over ``pictures``), the head's Gemms dynamic."""
     ready, static = source.with_suffix(".ready.onnx"), source.with_suffix(".static.onnx")
     quant_pre_process(source, ready)
+    convolutions = [node.name for node in onnx.load(ready).graph.node if node.op_type == "Conv"]
     quantize_static(
         ready,
         static,
@@ -60,9 +65,18 @@ def quantize(source: Path, target: Path, pictures: Iterator[np.ndarray]) -> None
         activation_type=QuantType.QUInt8,
         weight_type=QuantType.QInt8,
         calibrate_method=CalibrationMethod.MinMax,
+        nodes_to_exclude=convolutions[:EXACT],
     )
+    # The posterior is a few large and a thousand tiny shares: rounded to int8 the tiny ones vanish, so what multiplies
+    # it (the only MatMul, the others are Gemm) stays in float32.
+    concepts = [node.name for node in onnx.load(static).graph.node if node.op_type == "MatMul"]
     quantize_dynamic(
-        static, target, op_types_to_quantize=["MatMul", "Gemm"], weight_type=QuantType.QInt8, per_channel=True
+        static,
+        target,
+        op_types_to_quantize=["MatMul", "Gemm"],
+        weight_type=QuantType.QInt8,
+        per_channel=True,
+        nodes_to_exclude=concepts,
     )
     _save(onnx.load(target), target)
 

@@ -10,6 +10,7 @@ def write_manifest(folder: Path, fields: dict) -> None:
     files = []
     for path in sorted(folder.iterdir()):
         if path.name not in ("manifest.json", "MODEL_CARD.md") and not path.name.startswith("."):
+            path.chmod(0o644)  # onnx writes external data for its owner alone
             content = path.read_bytes()
             files.append({"name": path.name, "sha256": hashlib.sha256(content).hexdigest(), "size": len(content)})
     text = json.dumps(fields | {"files": files}, indent=2)
