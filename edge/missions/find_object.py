@@ -26,6 +26,7 @@ class FindObjectConfig:
 
     hits: int = 50  # k of [V] Sec. III-C
     hypotheses: int = 3  # viewpoints tried, best first; [V] tries one
+    certain: float = 0.9  # score of a sighting that needs no comparison with what the other viewpoints show
     in_memory: float = 0.5  # score of the best hit; less and the object was never seen: it is no likelier than not
     sweep: float = np.radians(40)  # rad to either side of the remembered bearing; half a field of view
     pictures: int = 5  # looked at while standing still; most must show the object
@@ -65,14 +66,39 @@ class FindObject(Mission):
         self.hypotheses = self.recall()
         if not self.search_unknown and not self.remembered():
             return self.ended("not in memory")
+        doubtful: list[Sighting] = []
         for hypothesis in self.hypotheses[: self.config.hypotheses]:
-            yield from drive(self.robot, hypothesis.pose[:2], heading=hypothesis.pose[2])
-            sighting = (yield from self.look()) or (yield from self.search_nearby(hypothesis))
+            sighting = yield from self.inspect(hypothesis)
+            if sighting is not None and self.certain(sighting):
+                doubtful.insert(0, sighting)
+                break
             if sighting is not None:
-                sighting = yield from centre(self.robot, self.detector, self.target, sighting)
-            if sighting is not None:
-                return self.ended("found", sighting)
+                doubtful.append(sighting)
+        for sighting in sorted(doubtful, key=lambda sighting: -sighting.detection.score):
+            if (centred := (yield from self.approach(sighting))) is not None:
+                return self.ended("found", centred)
         return self.ended("not found")
+
+    def inspect(self, hypothesis: Viewpoint) -> Story:
+        """Look from a viewpoint; where the memory is certain of the object, and it is not there, around it, too."""
+        yield from drive(self.robot, hypothesis.pose[:2], heading=hypothesis.pose[2])
+        sighting = yield from self.look()
+        if sighting is None and self._scores[hypothesis.members].max() >= self.config.certain:
+            sighting = yield from self.search_nearby(hypothesis)
+        return sighting
+
+    def approach(self, sighting: Sighting) -> Story:
+        """Go back to where the object was seen, if that is not here, and centre it."""
+        robot = self.robot
+        if np.hypot(*(sighting.pose - robot.pose)[:2]) > 0.3:
+            yield from drive(robot, sighting.pose[:2])
+        toward = sighting.position - robot.pose[:2]
+        yield from face(robot, float(np.arctan2(toward[1], toward[0])))
+        seen = yield from self.stare()
+        return seen and (yield from centre(robot, self.detector, self.target, seen))
+
+    def certain(self, sighting: Sighting) -> bool:
+        return sighting.detection.score >= self.config.certain
 
     def recall(self) -> list[Viewpoint]:
         """Viewpoints from which the memory says that the object was seen, best first ([V] Eqs. 2 and 3)."""
@@ -88,14 +114,16 @@ class FindObject(Mission):
         return bool(self.hypotheses) and self._scores.max() > self.config.in_memory
 
     def look(self) -> Story:
-        """Look ahead, then to both sides; the best ``Sighting`` that lasts, or None."""
-        heading = self.robot.pose[2]
+        """Look ahead, then to both sides until certain; the best ``Sighting`` that lasts, or None."""
+        heading, best = self.robot.pose[2], None
         for side in (0.0, self.config.sweep, -self.config.sweep):
             yield from face(self.robot, heading + side)
-            sighting = yield from self.stare()
-            if sighting is not None:
-                return sighting
-        return None
+            seen = yield from self.stare()
+            if seen is not None and (best is None or seen.detection.score > best.detection.score):
+                best = seen
+            if best is not None and self.certain(best):
+                break
+        return best
 
     def stare(self) -> Story:
         """Stand still for some pictures and look closely; the last ``Sighting`` if most show the object, else None."""

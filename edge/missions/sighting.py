@@ -16,6 +16,7 @@ class Sighting:
     """A detection with its place."""
 
     stamp: float  # s
+    pose: np.ndarray  # (3,) of the robot in the map
     detection: Detection
     bearing: float  # rad of the box centre from the optical axis, left positive
     depth: float  # m along the optical axis
@@ -33,8 +34,9 @@ def sight(robot: Robot, detector: Detector, target: Target, views: list[View]) -
     u, _ = detection.centre
     depth = _depth(robot.frame.depth, detection.box, camera.max_depth)
     point = camera.unproject(u, camera.centre[1], depth)[None, :2]
-    position = transform(robot.in_map(robot.frame.odom), point)[0]
-    return Sighting(robot.frame.stamp, detection, float(camera.bearing(u)), depth, position)
+    pose = robot.in_map(robot.frame.odom)
+    position = transform(pose, point)[0]
+    return Sighting(robot.frame.stamp, pose, detection, float(camera.bearing(u)), depth, position)
 
 
 def _depth(depth, box, beyond: float) -> float:

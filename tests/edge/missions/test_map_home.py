@@ -20,7 +20,7 @@ def test_free_floor_is_that_of_the_house(mapped):
 
 def test_the_map_pose_is_the_true_one(mapped):
     truth = between(mapped.world.house.start, mapped.world.truth)
-    error = truth - mapped.robot.pose
+    error = between(mapped.robot.pose, truth)
     assert np.hypot(*error[:2]) < 0.1 and abs(error[2]) < np.radians(3)
 
 
