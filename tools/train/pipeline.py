@@ -34,7 +34,7 @@ HEIGHT, WIDTH = 224, 288  # px: 7 x 9 cells, so that thirds fall between cells; 
 REGIONS = ((0.0, 1.0), (0.0, 1 / 3), (1 / 3, 2 / 3), (2 / 3, 1.0))
 MEAN, STD = (0.498, 0.498, 0.498), (0.502, 0.502, 0.502)  # (x - 127) / 128, as the trunk was trained
 SHARE = 0.5  # of the concepts in the fused vector; best of 0.2 … 0.65 on the validation models
-TRAINING_CHUNKS, VALIDATION_CHUNKS = 22, 2  # of 500 scenes
+TRAINING_CHUNKS, VALIDATION_CHUNKS = 26, 2  # of 500 scenes
 CALIBRATION = 64  # pictures that set the int8 ranges
 CONTEXT = 128  # tokens
 

@@ -12,6 +12,7 @@ from tools.train.sprites import Sprite
 from tools.train.words import noun
 
 CAMERA = CameraModel()
+ENLARGED = 0.45  # share of the views that are a part of a picture, as when the robot looks more closely
 CELLS = (7, 9)  # rows, columns of the presence map: the feature map's own cells
 
 
@@ -66,13 +67,14 @@ class SceneMaker:
             bottom = horizon + CAMERA.focal * (CAMERA.mount_height - base) / depth
             centre = rng.uniform(0.02, 0.98) * CAMERA.width
             placed.append((model, sprite, zoom, centre - width / 2, bottom - height))
-        return self._compose(room(rng), placed)
+        return self._compose(room(rng), placed, _window(rng) if rng.random() < ENLARGED else None)
 
     def empty(self) -> Scene:
         """A room without anything in it."""
         return self._compose(room(self._rng), [])
 
-    def _compose(self, image: np.ndarray, placed: list) -> Scene:
+    def _compose(self, image: np.ndarray, placed: list, window: tuple[slice, slice] | None = None) -> Scene:
+        """``placed``: (model, sprite, zoom, left, top) from far to near; ``window`` is cut out and enlarged."""
         rng = self._rng
         owner = np.full(image.shape[:2], -1, np.int16)
         own = np.zeros(len(placed))
@@ -87,6 +89,11 @@ class SceneMaker:
             part = np.s_[y : y + rgba.shape[0], x : x + rgba.shape[1]]
             image[part] = image[part] * (1 - alpha) + np.clip(rgba[..., :3] * tint, 0, 255) * alpha
             owner[part][rgba[..., 3] > 128] = number
+        rgb = _shoot(image, rng)
+        if window:
+            rgb = cv2.resize(rgb[window], (CAMERA.width, CAMERA.height), interpolation=cv2.INTER_LINEAR)
+            own *= owner.size / owner[window].size
+            owner = cv2.resize(owner[window], (CAMERA.width, CAMERA.height), interpolation=cv2.INTER_NEAREST)
         presence = np.zeros((len(placed), *CELLS), np.float32)
         visible = np.zeros(len(placed), np.float32)
         for number in range(len(placed)):
@@ -94,7 +101,7 @@ class SceneMaker:
             presence[number] = cv2.resize(mask, CELLS[::-1], interpolation=cv2.INTER_AREA)
             visible[number] = mask.sum() / own[number]
         models = np.array([model for model, *_ in placed], np.int64)
-        return Scene(_shoot(image, rng), models, presence, visible)
+        return Scene(rgb, models, presence, visible)
 
 
 def _shares(entries: list[Entry]) -> np.ndarray:
@@ -103,6 +110,15 @@ def _shares(entries: list[Entry]) -> np.ndarray:
     shares = np.array([count[noun(entry)] ** -0.5 for entry in entries])
     shares[[bool({"Electricity", "Road"} & set(entry.tags)) for entry in entries]] *= 0.15
     return shares / shares.sum()
+
+
+def _window(rng: np.random.Generator) -> tuple[slice, slice]:
+    """Rows and columns of a part of about half the width and 5/8 of the height, mostly low: where furniture is."""
+    share = rng.uniform(0.45, 0.6)
+    width, height = round(share * CAMERA.width), round(1.25 * share * CAMERA.height)
+    left = int(rng.integers(CAMERA.width - width + 1))
+    top = int((CAMERA.height - height) * rng.beta(2.5, 1.0))
+    return slice(top, top + height), slice(left, left + width)
 
 
 def _place(rgba: np.ndarray, zoom: float, left: float, top: float, mirror: bool):

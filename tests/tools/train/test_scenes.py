@@ -47,3 +47,16 @@ def test_an_empty_room_is_empty(maker):
 def test_the_same_seed_draws_the_same_scenes(maker):
     again = SceneMaker(maker._entries, maker._sprites, seed=3)
     np.testing.assert_array_equal(maker.view(3).rgb, again.view(3).rgb)
+
+
+def test_an_enlarged_part_keeps_its_truth(maker, monkeypatch):
+    monkeypatch.setattr("tools.train.scenes.ENLARGED", 1.0)
+    seen = 0
+    for _ in range(40):
+        scene = maker.view(1)
+        if scene.presence[0].max() > 0.98 and scene.visible[0] > 0.3:
+            row, col = np.unravel_index(scene.presence[0].argmax(), (7, 9))
+            patch = scene.rgb[int((row + 0.5) * 240 / 7), int((col + 0.5) * 320 / 9)].astype(int)
+            assert patch[scene.models[0]] > patch[1 - scene.models[0]] + 60
+            seen += 1
+    assert seen > 3
