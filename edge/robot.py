@@ -10,7 +10,7 @@ from edge.localization.localizer import Localizer
 from edge.mapping.coverage import CameraCoverage
 from edge.mapping.occupancy import OccupancyGrid
 from edge.memory.store import Vlpg
-from edge.observation import Observation, RgbdFrame
+from edge.observation import LaserScan, Observation, RgbdFrame
 from edge.perception.close_look import look_closely, to_remember
 from edge.pose import between, compose
 
@@ -20,6 +20,8 @@ class RobotConfig:
     """The body, and what is worth remembering."""
 
     radius: float = 0.18  # m, [U] Sec. V
+    scan_distance: float = 0.05  # m, a cell
+    scan_angle: float = np.radians(3.0)  # rad, three beams
     candidate_distance: float = 0.10  # m; [V] offers a view every 100 ms, but from the same pose it tells nothing new
     candidate_angle: float = np.radians(6.0)  # rad
     keyframe_quality: int = 75  # of the JPEG that a node keeps for `vlpg reindex`; about 9 kB
@@ -42,7 +44,7 @@ class Robot:
         self.bumper = False
         self.distance = 0.0  # m driven
         self.frame: RgbdFrame | None = None  # the newest picture
-        self._offered = np.array([1e9, 1e9, 0.0])  # pose of the last view offered to the memory
+        self._offered = self._mapped = np.array([1e9, 1e9, 0.0])  # poses of the last view offered, the last scan mapped
 
     def perceive(self, observation: Observation) -> None:
         """Localize, map, look and remember; the order matters, each uses what the one before found."""
@@ -51,7 +53,7 @@ class Robot:
         self.stamp, self.pose = observation.stamp, pose
         self.twist, self.bumper = observation.twist, observation.bumper
         if observation.scan is not None and not self.localizer.lost:
-            self.grid.integrate_scan(self.in_map(observation.scan.odom), observation.scan)
+            self._map_scan(observation.scan)
         if observation.bumper:
             self.grid.integrate_contact(pose, self.config.radius)
         self.coverage.follow(self.grid.frame)
@@ -62,6 +64,14 @@ class Robot:
     def in_map(self, odom):
         """A base pose of the odom frame, in the map frame."""
         return compose(self.localizer.map_from_odom, odom)
+
+    def _map_scan(self, scan: LaserScan) -> None:
+        """Map a scan unless the last one was taken here: repeated, the error of one pose would become the map's."""
+        pose = self.in_map(scan.odom)
+        x, y, turn = between(self._mapped, pose)
+        if np.hypot(x, y) >= self.config.scan_distance or abs(turn) >= self.config.scan_angle:
+            self._mapped = pose
+            self.grid.integrate_scan(pose, scan)
 
     def _look(self, frame: RgbdFrame) -> None:
         pose = self.in_map(frame.odom)

@@ -9,11 +9,14 @@ from dataclasses import asdict, dataclass
 from math import degrees, radians
 from pathlib import Path
 
+import numpy as np
+
 from edge.memory.store import Vlpg
 from edge.missions.find_object import FindObject
 from edge.missions.map_home import HomeMapped, MapHome
 from edge.perception.encoder import Encoder
 from edge.perception.prompts import Target
+from edge.pose import between
 from edge.robot import Robot
 from firmware_sim.house import HOMES, House
 from firmware_sim.world import World
@@ -36,6 +39,7 @@ class Episode:
     duration: float  # s, simulated
     distance: float  # m
     contacts: int  # collisions
+    pose_error: float  # m, of the robot's own pose at the end
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +95,7 @@ def ask(world: World, robot: Robot, noun: str, seed: int) -> Episode:
         outcome.duration,
         outcome.distance,
         world.contacts - contacts,
+        float(np.hypot(*between(robot.pose, between(world.house.start, world.truth))[:2])),
     )
 
 
@@ -117,7 +122,7 @@ def show(results: list[HomeResult]) -> None:
             truth = "in view" if e.in_view else "not in view"
             print(
                 f"  {e.noun:24s} {'ok' if e.success else '--':3s} {e.status:14s} {truth:12s}"
-                f" {degrees(e.angular_error):6.1f} deg {e.duration:6.1f} s {e.distance:5.1f} m"
+                f" {degrees(e.angular_error):6.1f} deg {e.duration:6.1f} s {e.distance:5.1f} m {e.pose_error:5.2f} off"
             )
     print(f"\n{'home':14s} {'objects':>7s} {'success':>8s} {'SAE':>5s} {'claims right':>13s} {'median error':>13s}")
     for result in results:

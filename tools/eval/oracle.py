@@ -21,7 +21,7 @@ class OracleEncoder:
     name = "oracle"
     logit_scale = 100.0
     MIN_PIXELS = 60  # of 320x240; smaller than about 8x8 pixels, an object cannot be told by anyone
-    OTHER = 1e-4  # share of "something else" in every picture: it beats what is not there, and nothing that is
+    OTHER = 30  # pixels of "something else" in every picture: it beats what is not there, and nothing that is
     REGIONS = ((0.0, 1.0), (0.0, 1 / 3), (1 / 3, 2 / 3), (2 / 3, 1.0))
     CELLS = (15, 20)  # rows, columns of the feature map
 
@@ -51,7 +51,7 @@ class OracleEncoder:
             columns = slice(round(first * counts.shape[1]), round(last * counts.shape[1]))
             pixels = counts[:, columns].sum(axis=(0, 1))
             pixels[pixels < self.MIN_PIXELS] = 0
-            pixels[-1] = self.OTHER * pixels[:-1].sum() if pixels[:-1].any() else 1.0
+            pixels[-1] = self.OTHER
             rows.append(np.sqrt(np.append(pixels, 0.0)) / np.sqrt(pixels.sum()))
         middle = np.array([(first + last) / 2 for first, last in self.REGIONS])
         bearings = column_bearings(left + middle * (right - left), rgb.shape[1], hfov)
