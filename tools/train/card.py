@@ -25,8 +25,9 @@ alone. sha256 of all files together: `{digest}`.
 {scenes} composite pictures of rendered furniture ({libraries}; CC-BY 3.0; used for training only, nothing of them is
 shipped) in made-up rooms: 1-6 objects, close-ups and empty rooms, with blur, noise and changing light. Names come from
 the catalogs' names and tags through {templates} templates. The CC0 library (BlendSwap-CC-0) that furnishes the
-simulated homes, and the homes themselves, were never trained or tuned on. The choice of method was made on {held}
-models held out of training; the shipped weights are then trained on all models of those libraries.
+simulated homes, and the homes themselves, were never trained on. The choice of method was made on {held} models held
+out of training (figures of the homes and of the CC0 pictures were printed beside them, and not chosen by); the shipped
+weights are then trained on all models of those libraries.
 
 ## Measured
 
