@@ -6,9 +6,10 @@ ASKED = 6  # objects of a demo that is told nothing
 HIGHEST = 1.6  # m; what hangs higher is above the camera's picture
 SMALLEST = 0.3  # m, of the longest side; smaller things need to be named to be asked for
 
-# Spread over the rooms, so that the robot must cross the home.
+# Spread over the rooms, so that the robot must cross the home. In the apartment, things that the shipped encoder knows
+# well; `vlpg eval find` tells how it does with all of them.
 DEFAULTS = {
-    "apartment": ["teddy bear", "refrigerator", "couch", "washbasin", "electric guitar", "wardrobe"],
+    "apartment": ["refrigerator", "tv", "toilet", "baby bed", "bidet"],
     "cottage": ["grand piano", "teddy bear", "large fridge", "desk lamp", "barrel", "winchester sofa"],
     "bungalow": ["pool table", "teddy bear", "fire extinguisher", "sofa", "refrigerator", "white board"],
 }
