@@ -261,14 +261,18 @@ def _run(options):
     images = Encoder(manifest, text=False)
     stop = stop_event()
     with (
-        open_session(link_config(options), stop) as session,
+        # The store first: that it is another encoder's is said whether or not anybody listens.
         Vlpg.open(options.memory, images.name, images.digest, images.dim) as memory,
+        open_session(link_config(options), stop) as session,
     ):
         encoder = OffloadedEncoder(session, images, options.offload, lambda: TextTower(manifest))
         robot = Robot(encoder, memory)
         saved = memory.load_map()
         if saved is not None:
-            robot.grid = OccupancyGrid.from_bytes(saved)
+            try:
+                robot.grid = OccupancyGrid.from_bytes(saved)
+            except ValueError as error:
+                raise StoreError(f"{options.memory}: {error}") from error
         missions = Missions(
             MapHome, lambda robot, find: FindObject(robot, Target.of(find.object, encoder), find.search_unknown)
         )
