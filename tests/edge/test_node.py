@@ -230,7 +230,7 @@ def test_one_thing_at_a_time_and_cancel(rig):
     asking.join(10)
     assert answer[0].status == "cancelled" and answer[0].duration >= 0
     assert not rig.ask("cancel", requests.Cancel(), requests.CancelReply).cancelled
-    rig.until(lambda: rig.commands[-1] == STOP)
+    rig.until(lambda: rig.commands[-1:] == [STOP])
 
 
 def test_an_object_that_cannot_be_looked_for_is_refused(rig):
@@ -249,7 +249,7 @@ def test_a_silent_base_is_told_to_stop_and_so_are_people(rig):
     rig = rig(missions(map_steps=10**6))
     rig.until(lambda: Twist(0.2, 0.1) in rig.commands)
     rig.silence()
-    rig.until(lambda: rig.commands[-1] == STOP)
+    rig.until(lambda: rig.commands[-1:] == [STOP])
     status = rig.status()
     assert status.state == "mapping" and "no odometry" in status.problem
     rig._publishing.set()
@@ -291,4 +291,4 @@ def test_stopping_the_process_stops_the_robot_and_refuses_who_waits(rig):
     rig.close()
     asking.join(10)
     assert "shutting down" in errors[0]
-    rig.until(lambda: rig.commands[-1] == STOP)
+    rig.until(lambda: rig.commands[-1:] == [STOP])
