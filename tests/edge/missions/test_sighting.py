@@ -1,0 +1,61 @@
+"""From a box and a depth image to a place in the map."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from edge.camera import CameraModel
+from edge.missions.sighting import sight
+from edge.observation import RgbdFrame
+from edge.perception.detection import Detection
+
+CAMERA = CameraModel()
+
+
+class BoxDetector:
+    """Finds a box in every view that has one."""
+
+    def detect(self, view, target, image_size):
+        return view
+
+
+def robot(depth, pose=(0.0, 0.0, 0.0)):
+    frame = RgbdFrame(1.0, np.zeros((240, 320, 3), np.uint8), depth, np.array(pose))
+    return SimpleNamespace(frame=frame, camera=CAMERA, in_map=lambda odom: odom)
+
+
+def box(u, v=120, half=10, score=0.8):
+    return Detection((u - half, v - half, u + half, v + half), score)
+
+
+def test_the_object_is_placed_where_box_and_depth_say():
+    depth = np.full((240, 320), 2.0, np.float32)
+    seen = sight(robot(depth, (1.0, 1.0, np.pi / 2)), BoxDetector(), None, [box(CAMERA.centre[0])])
+    assert seen.position == pytest.approx([1.0, 1.0 + CAMERA.ahead + 2.0])
+    assert seen.bearing == pytest.approx(0) and seen.depth == 2.0
+
+
+def test_an_object_in_the_left_of_the_picture_lies_to_the_left():
+    seen = sight(robot(np.full((240, 320), 2.0, np.float32)), BoxDetector(), None, [box(60)])
+    assert seen.bearing > 0 and seen.position[1] > 0
+
+
+def test_what_shows_behind_the_object_does_not_move_it_away():
+    depth = np.full((240, 320), 4.0, np.float32)
+    depth[100:140, 155:165] = 1.5  # half of the box's middle
+    seen = sight(robot(depth), BoxDetector(), None, [box(160, half=20)])
+    assert seen.depth == 1.5
+
+
+@pytest.mark.parametrize("nothing", [0.0, np.nan])
+def test_without_a_return_the_object_is_beyond_the_sensor(nothing):
+    seen = sight(robot(np.full((240, 320), nothing, np.float32)), BoxDetector(), None, [box(160)])
+    assert seen.depth == CAMERA.max_depth
+
+
+def test_the_view_that_shows_it_best_counts():
+    depth = np.full((240, 320), 2.0, np.float32)
+    seen = sight(robot(depth), BoxDetector(), None, [None, box(60, score=0.6), box(260, score=0.9)])
+    assert seen.detection.score == 0.9
+    assert sight(robot(depth), BoxDetector(), None, [None, None]) is None
