@@ -18,19 +18,30 @@ DEFAULTS = {
 def named(house: House, words: str) -> list[HouseObject]:
     """Everything that ``words`` can mean: "the red couch" is a Couch, "sofa" a Corner sofa or what is tagged so.
 
-    The last word says what a thing is: a desk lamp is a lamp and no desk.
+    The last word says what a thing is: a desk lamp is a lamp and no desk. The more telling name wins: where there is a
+    Baby bed, the baby bed is no other bed.
     """
     words = " ".join(words.lower().split())
     for article in ("the ", "a ", "an ", "my "):
         words = words.removeprefix(article)
-    return [thing for thing in house.objects.values() if _means(words, thing)] if words else []
+    if not words:
+        return []
+    told = {thing.id: _told(words, thing) for thing in house.objects.values()}
+    most = max(told.values(), default=0)
+    return [thing for thing in house.objects.values() if most and told[thing.id] == most]
 
 
-def _means(words: str, thing: HouseObject) -> bool:
+def _told(words: str, thing: HouseObject) -> float:
+    """How many characters of ``words`` the name of ``thing`` accounts for, from the last word on.
+
+    A tag accounts for all of them, but comes after a name: where there is a TV, the cabinet tagged so is none.
+    """
     name = thing.model.name.lower()
-    if words == name or words.endswith(f" {name}") or name.endswith(f" {words}"):
-        return True
-    return words in (tag.lower() for tag in thing.model.tags)
+    if f" {name}".endswith(f" {words}"):
+        return len(words)
+    if words in (tag.lower() for tag in thing.model.tags):
+        return len(words) - 0.5
+    return len(name) if words.endswith(f" {name}") else 0
 
 
 def default_objects(house: House) -> list[str]:

@@ -16,6 +16,8 @@ def apartment():
         ("  The   Teddy BEAR ", {"teddy-bear-1"}),
         ("my brown teddy bear", {"teddy-bear-1"}),
         ("sofa", {"couch-1"}),  # a tag
+        ("baby bed", {"baby-rocking-bed-1"}),  # the other beds are not meant
+        ("tv", {"led-tv-1"}),  # nor the cabinet that is tagged so
         ("lamp", {"desklamp-1"}),
         ("desk", set()),  # a desk lamp is no desk
         ("elephant", set()),
