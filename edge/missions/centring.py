@@ -38,22 +38,20 @@ def centre(
     """Approach until near and centred; the last ``Sighting``, or None when the object was lost on the way."""
     controller = Mpepc(camera=robot.camera)
     tracker = BoxTracker()
-    column, _ = tracker.update(first.stamp, first.detection.centre)
+    middle = tracker.update(first.stamp, first.detection.centre)
     last, started, planned = first, robot.stamp, -np.inf
     while not controller.arrived and robot.stamp - started < config.time_limit:
         seen = None
         if robot.frame is not None:
-            seen = sight(robot, detector, sought, [_view(robot, column, last.detection, config)])
+            seen = sight(robot, detector, sought, [_view(robot, middle, last.detection, config)])
         if seen is not None:
             last = seen
         elif robot.stamp - last.stamp > config.patience:
             return None
-        centre_now = tracker.update(robot.stamp, seen and seen.detection.centre)
-        if centre_now is not None:
-            column = centre_now[0]
+        middle = tracker.update(robot.stamp, seen and seen.detection.centre) or middle
         if robot.stamp - planned >= config.replan_every:
             path, planned = route(robot, last.position, near=config.standoff), robot.stamp
-        target = ImageTarget(column, last.depth)
+        target = ImageTarget(middle[0], last.depth)
         yield controller.step(
             robot.pose, robot.twist, path, robot.grid.clearance(), robot.grid.frame, target=target, bumper=robot.bumper
         )
@@ -61,9 +59,9 @@ def centre(
     return last
 
 
-def _view(robot: Robot, column: float, last: Detection, config: CentringConfig) -> View:
+def _view(robot: Robot, middle: tuple[float, float], last: Detection, config: CentringConfig) -> View:
     """The picture around the object: one pass of the image tower."""
     height, width = robot.frame.depth.shape
     wide = last.box[2] - last.box[0] > config.wide * width
-    window = None if wide else window_at(column, width, height)
+    window = None if wide else window_at(middle, width, height)
     return robot.encoder.encode_image(robot.frame.rgb, robot.camera.hfov, window)

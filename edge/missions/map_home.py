@@ -14,7 +14,7 @@ from edge.pose import wrap
 class MapHomeConfig:
     """When a home counts as mapped, and what a tour tries first."""
 
-    min_area: float = 0.4  # m2 that nobody has looked at; less is a gap between two looks
+    min_area: float = 0.15  # m2 that nobody has looked at; enough for a ball behind a door post
     considered: int = 4  # nearest frontiers whose true path is planned before choosing
     turn_cost: float = 0.5  # m per rad: a quarter turn costs about the time of 0.8 m
     given_up: float = 0.4  # m around a waypoint that could not be seen, not to be tried again

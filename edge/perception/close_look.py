@@ -24,11 +24,12 @@ def look_closely(encoder, rgb: np.ndarray, whole: View | None = None, hfov: floa
     return [whole, *(encoder.encode_image(rgb, hfov, window) for window in parts)]
 
 
-def window_at(column: float, width: int, height: int) -> tuple[int, int, int, int]:
-    """The window, of the size that ``WINDOWS`` have, around a pixel ``column``: a fovea that follows an object."""
+def window_at(centre: tuple[float, float], width: int, height: int) -> tuple[int, int, int, int]:
+    """The window, of the size that ``WINDOWS`` have, around a pixel ``centre`` (u, v): a fovea that follows an object."""
     left, top, right, bottom = np.rint(np.array(WINDOWS[0]) * (width, height, width, height)).astype(int).tolist()
-    shift = int(np.clip(round(column) - (right - left) // 2, 0, width - (right - left)))
-    return left + shift, top, right + shift, bottom
+    size = np.array([right - left, bottom - top])
+    corner = np.clip(np.rint(centre).astype(int) - size // 2, 0, (width, height) - size)
+    return tuple(np.concatenate([corner, corner + size]).tolist())
 
 
 def to_remember(views: list[View]) -> tuple[np.ndarray, np.ndarray]:

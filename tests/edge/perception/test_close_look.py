@@ -41,13 +41,13 @@ def test_a_view_that_was_made_already_is_not_made_again():
     assert None not in spy.windows
 
 
-@given(st.floats(-50, 400))
-def test_the_window_follows_the_column_and_stays_in_the_picture(column):
-    left, top, right, bottom = window_at(column, 320, 240)
-    assert (right - left, top, bottom) == (160, 90, 240)
-    assert 0 <= left and right <= 320
-    if 80 <= column <= 240:
-        assert abs((left + right) / 2 - column) <= 0.5
+@given(st.floats(-50, 400), st.floats(-50, 300))
+def test_the_window_follows_the_object_and_stays_in_the_picture(u, v):
+    left, top, right, bottom = window_at((u, v), 320, 240)
+    assert (right - left, bottom - top) == (160, 150)
+    assert 0 <= left and right <= 320 and 0 <= top and bottom <= 240
+    if 80 <= u <= 240 and 75 <= v <= 165:
+        assert abs((left + right) / 2 - u) <= 0.5 and abs((top + bottom) / 2 - v) <= 0.5
 
 
 def test_column_bearings_agree_with_the_camera():
