@@ -25,7 +25,7 @@ def look_closely(encoder, rgb: np.ndarray, whole: View | None = None, hfov: floa
 
 
 def window_at(centre: tuple[float, float], width: int, height: int) -> tuple[int, int, int, int]:
-    """The window, of the size that ``WINDOWS`` have, around a pixel ``centre`` (u, v): a fovea that follows an object."""
+    """The window, of the size that ``WINDOWS`` have, around pixel ``centre`` (u, v): a fovea that follows."""
     left, top, right, bottom = np.rint(np.array(WINDOWS[0]) * (width, height, width, height)).astype(int).tolist()
     size = np.array([right - left, bottom - top])
     corner = np.clip(np.rint(centre).astype(int) - size // 2, 0, (width, height) - size)
