@@ -6,8 +6,8 @@ ASKED = 6  # objects of a demo that is told nothing
 HIGHEST = 1.6  # m; what hangs higher is above the camera's picture
 SMALLEST = 0.3  # m, of the longest side; smaller things need to be named to be asked for
 
-# Spread over the rooms, so that the robot must cross the home. In the apartment, everyday nouns that the shipped encoder
-# knows well, some of which fit several things; `vlpg eval find` tells how it does with every thing's own name.
+# Spread over the rooms, so that the robot must cross the home. In the apartment, everyday nouns that the shipped
+# encoder knows well, some of which fit several things; `vlpg eval find` tells how it does with each thing's name.
 DEFAULTS = {
     "apartment": ["tv", "chair", "plant", "cabinet", "toilet"],
     "cottage": ["grand piano", "teddy bear", "large fridge", "desk lamp", "barrel", "winchester sofa"],
