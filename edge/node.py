@@ -27,7 +27,7 @@ from edge.link.session import LinkError, add_link_arguments, link_config, open_s
 from edge.memory.database import StoreError
 from edge.memory.store import Vlpg
 from edge.observation import STOP
-from edge.process import MemoryUse, stop_event
+from edge.process import MemoryUse, give_back_large_blocks, stop_event
 from models.manifest import Manifest, ModelError, resolve
 
 log = logging.getLogger(__name__)
@@ -260,6 +260,7 @@ def _run(options):
     manifest.verify()
     images = Encoder(manifest, text=False)
     stop = stop_event()
+    give_back_large_blocks()
     with (
         # The store first: that it is another encoder's is said whether or not anybody listens.
         Vlpg.open(options.memory, images.name, images.digest, images.dim) as memory,

@@ -1,4 +1,5 @@
 import os
+import platform
 import re
 import signal
 import subprocess
@@ -41,3 +42,30 @@ print(event.is_set())
     assert process.stdout.readline() == "up\n"
     os.kill(process.pid, number)
     assert process.communicate(timeout=10)[0] == "True\n" and process.returncode == 0
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc keeps large blocks")
+def test_large_blocks_are_given_back():
+    script = """
+import ctypes, sys
+from edge.process import give_back_large_blocks, pss
+libc = ctypes.CDLL(None)
+libc.malloc.restype, libc.malloc.argtypes, libc.free.argtypes = ctypes.c_void_p, [ctypes.c_size_t], [ctypes.c_void_p]
+if sys.argv[1] == "yes":
+    give_back_large_blocks()
+libc.free(libc.malloc(2_000_000))  # by this, glibc would learn that such blocks belong on the heap
+before, large = pss(), []
+for _ in range(50):
+    large.append(libc.malloc(1_000_000))
+    ctypes.memset(large[-1], 1, 1_000_000)
+    libc.malloc(5_000)  # stays, after each
+for block in large[:-1]:
+    libc.free(block)
+libc.malloc(5_000)
+print(pss() - before)
+"""
+    kept = [
+        float(subprocess.run([sys.executable, "-c", script, asked], capture_output=True, text=True, check=True).stdout)
+        for asked in ("no", "yes")
+    ]
+    assert kept[0] > 40 and kept[1] < 5
