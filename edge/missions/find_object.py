@@ -8,7 +8,7 @@ import numpy as np
 from edge.mapping.frontiers import reachable
 from edge.missions.centring import centre
 from edge.missions.mission import Mission, Story
-from edge.missions.motion import drive, face
+from edge.missions.motion import drive, face, resample, route
 from edge.missions.sighting import Sighting, sight
 from edge.observation import STOP
 from edge.perception.close_look import look_closely
@@ -30,6 +30,7 @@ class FindObjectConfig:
     in_memory: float = 0.75  # score of the best hit; of objects that were seen, nine in ten have more
     alike: float = 0.5  # of the best hit's dot product; a sighting may be weaker than the memory, but not by more
     sweep: float = np.radians(40)  # rad to either side of the remembered bearing; half a field of view
+    near: float = 1.8  # m from an object, where it is looked for again before it is centred
     pictures: int = 5  # looked at while standing still; most must show the object
     time_limit: float = 300.0  # s, [V] Sec. IV
 
@@ -89,13 +90,17 @@ class FindObject(Mission):
         return sighting
 
     def approach(self, sighting: Sighting) -> Story:
-        """Go back to where the object was seen, if that is not here, and centre it."""
+        """Go where the object is seen well, and centre it; the last ``Sighting``, or None when it is not there."""
         robot = self.robot
-        if np.hypot(*(sighting.pose - robot.pose)[:2]) > 0.3:
-            yield from drive(robot, sighting.pose[:2])
+        path = route(robot, sighting.position, near=self.config.near)
+        if path is not None:
+            places = resample(path)
+            away = np.hypot(*(places - sighting.position).T)
+            # Where the object comes near; a way that never comes near ends as near as it gets.
+            yield from drive(robot, places[np.argmax(away <= max(self.config.near, away.min()))])
         toward = sighting.position - robot.pose[:2]
         yield from face(robot, float(np.arctan2(toward[1], toward[0])))
-        seen = yield from self.stare()
+        seen = yield from self.look()
         return seen and (yield from centre(robot, self.detector, self.target, seen))
 
     def certain(self, sighting: Sighting) -> bool:

@@ -89,3 +89,10 @@ def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig
 def length(path) -> float:
     """Length [m] of a polyline ``(K, 2)``."""
     return float(np.hypot(*np.diff(path, axis=0).T).sum())
+
+
+def resample(path, step: float = 0.1) -> np.ndarray:
+    """Points ``(N, 2)`` every ``step`` [m] along a polyline ``(K, 2)``, both ends included."""
+    done = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    at = np.append(np.arange(0.0, done[-1], step), done[-1])
+    return np.column_stack([np.interp(at, done, path[:, 0]), np.interp(at, done, path[:, 1])])

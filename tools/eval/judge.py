@@ -30,7 +30,7 @@ def judge(world: World, noun: str) -> Verdict:
         x, y, heading = world.truth
         error = abs(float(wrap(np.arctan2(thing.y - y, thing.x - x) - heading)))
         inside = error <= world.config.camera_model.hfov / 2
-        in_view = inside and world.visible_fraction(object_id) >= VISIBLE_SHARE
+        in_view = bool(inside and world.visible_fraction(object_id) >= VISIBLE_SHARE)
         if not best.object_id or (not in_view, error) < (not best.in_view, best.angular_error):
             best = Verdict(in_view, object_id, error)
     return best

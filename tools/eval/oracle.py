@@ -19,7 +19,7 @@ class OracleEncoder:
     """Vectors over one axis per noun, one for everything else that pictures show, and one for nouns not in the home."""
 
     name = "oracle"
-    logit_scale = 100.0
+    logit_scale = 20.0  # as a real encoder's: a thing that fills a picture scores higher than a speck
     MIN_PIXELS = 60  # of 320x240; smaller than about 8x8 pixels, an object cannot be told by anyone
     OTHER = 30  # pixels of "something else" in every picture: it beats what is not there, and nothing that is
     REGIONS = ((0.0, 1.0), (0.0, 1 / 3), (1 / 3, 2 / 3), (2 / 3, 1.0))
