@@ -10,6 +10,7 @@ fi
 # Reinstall only when the metadata or the wanted extras changed.
 stamp=".venv/installed-$(cat setup.cfg pyproject.toml <(echo "$1") | sha256sum | cut -c1-16)"
 if [ ! -e "$stamp" ]; then
-    .venv/bin/python -m pip install --quiet --disable-pip-version-check --editable ".[$1]"
+    # setuptools warns at length that an editable install reads the sources; that is what it is for here.
+    PYTHONWARNINGS=ignore .venv/bin/python -m pip install --quiet --disable-pip-version-check --editable ".[$1]"
     touch "$stamp"
 fi

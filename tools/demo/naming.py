@@ -9,7 +9,7 @@ SMALLEST = 0.3  # m, of the longest side; smaller things need to be named to be 
 # Spread over the rooms, so that the robot must cross the home. In the apartment, everyday nouns that the shipped
 # encoder knows well, some of which fit several things; `vlpg eval find` tells how it does with each thing's name.
 DEFAULTS = {
-    "apartment": ["tv", "chair", "plant", "cabinet", "toilet"],
+    "apartment": ["tv", "chair", "plant", "toilet", "radiator"],
     "cottage": ["grand piano", "teddy bear", "large fridge", "desk lamp", "barrel", "winchester sofa"],
     "bungalow": ["pool table", "teddy bear", "fire extinguisher", "sofa", "refrigerator", "white board"],
 }
