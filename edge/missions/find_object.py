@@ -68,15 +68,14 @@ class FindObject(Mission):
         self.hypotheses = self.recall()
         if not self.search_unknown and not self.remembered():
             return self.ended("not in memory")
-        doubtful: list[Sighting] = []
+        sightings: list[Sighting] = []
         for hypothesis in self.hypotheses[: self.config.hypotheses]:
             sighting = yield from self.inspect(hypothesis)
-            if sighting is not None and self.certain(sighting):
-                doubtful.insert(0, sighting)
-                break
             if sighting is not None:
-                doubtful.append(sighting)
-        for sighting in sorted(doubtful, key=lambda sighting: -sighting.detection.score):
+                sightings.append(sighting)
+                if self.certain(sighting):
+                    break
+        for sighting in sorted(sightings, key=lambda sighting: -sighting.detection.score):
             if (centred := (yield from self.approach(sighting))) is not None:
                 return self.ended("found", centred)
         return self.ended("not found")
