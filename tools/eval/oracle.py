@@ -56,11 +56,11 @@ class OracleEncoder:
         middle = np.array([(first + last) / 2 for first, last in self.REGIONS])
         bearings = column_bearings(left + middle * (right - left), rgb.shape[1], hfov)
         features = cv2.resize(counts, self.CELLS[::-1], interpolation=cv2.INTER_AREA)
-        return View(np.array(rows, np.float32), bearings, features.transpose(2, 0, 1), window)
+        return View(np.array(rows, np.float32), bearings, (features.transpose(2, 0, 1),), window)
 
     def saliency(self, view: View, direction: np.ndarray) -> np.ndarray:
         """Share of each cell's pixels ``(h, w)`` that belong to what ``direction (dim,)`` names."""
-        return np.tensordot(np.maximum(direction[:-1], 0), view.features, axes=1)
+        return np.tensordot(np.maximum(direction[:-1], 0), view.features[0], axes=1)
 
     def _counts(self, rows: slice, columns: slice) -> np.ndarray:
         """4 for each noun's pixels among every second one of the picture's, else 0: ``(rows, columns, nouns + 1)``."""
