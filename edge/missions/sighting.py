@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from edge.mapping.sight_line import mapped_depth
 from edge.perception.detection import Detection, Detector
 from edge.perception.encoder import View
 from edge.perception.prompts import Target
@@ -38,7 +39,7 @@ def sight(robot: Robot, detector: Detector, target: Target, views: list[View]) -
     pose = robot.in_map(robot.frame.odom)
     depths = _depths(robot.frame.depth, detection.box)
     if depths is None:
-        depths = np.full(2, _mapped_depth(robot, pose, u))
+        depths = np.full(2, mapped_depth(robot.grid, camera, pose, [u])[0])
     near, far = transform(pose, camera.unproject(u, camera.centre[1], depths)[:, :2])
     behind = far if depths[1] - depths[0] > APART else None
     return Sighting(robot.frame.stamp, pose, detection, float(camera.bearing(u)), float(depths[0]), near, behind)
@@ -57,16 +58,3 @@ def _depths(depth, box) -> np.ndarray | None:
     middle = depth[rows, cols]
     returns = middle[np.isfinite(middle) & (middle > 0)]
     return np.quantile(returns, (0.25, 0.75)) if returns.size else None
-
-
-def _mapped_depth(robot: Robot, pose, u: float) -> float:
-    """Depth [m] of the first mapped obstacle in pixel column ``u`` of a picture from ``pose`` (3,).
-
-    The camera's maximum when there is none.
-    """
-    camera, frame = robot.camera, robot.grid.frame
-    depths = np.arange(frame.resolution, camera.max_depth, frame.resolution / 2)
-    row, col = frame.to_cell(transform(pose, camera.unproject(u, camera.centre[1], depths)[:, :2]))
-    inside = frame.contains(row, col)
-    met = robot.grid.occupied[row[inside], col[inside]]
-    return float(depths[inside][met.argmax()]) if met.any() else camera.max_depth
