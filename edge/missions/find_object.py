@@ -8,7 +8,7 @@ import numpy as np
 from edge.mapping.frontiers import reachable
 from edge.missions.centring import centre
 from edge.missions.mission import Mission, Story
-from edge.missions.motion import drive, face, resample, route
+from edge.missions.motion import drive, face, look_from_near
 from edge.missions.sighting import Sighting, sight
 from edge.observation import STOP
 from edge.perception.close_look import look_closely
@@ -90,17 +90,14 @@ class FindObject(Mission):
 
     def approach(self, sighting: Sighting) -> Story:
         """Go where the object is seen well, and centre it; the last ``Sighting``, or None when it is not there."""
-        robot = self.robot
-        path = route(robot, sighting.position, near=self.config.near)
-        if path is not None:
-            places = resample(path)
-            away = np.hypot(*(places - sighting.position).T)
-            # Where the object comes near; a way that never comes near ends as near as it gets.
-            yield from drive(robot, places[np.argmax(away <= max(self.config.near, away.min()))])
-        toward = sighting.position - robot.pose[:2]
-        yield from face(robot, float(np.arctan2(toward[1], toward[0])))
-        seen = yield from self.look()
-        return seen and (yield from centre(robot, self.detector, self.target, seen))
+        for place in (sighting.position, sighting.behind):
+            if place is not None:
+                yield from look_from_near(self.robot, place, self.config.near)
+                seen = yield from self.look()
+                centred = seen and (yield from centre(self.robot, self.detector, self.target, seen))
+                if centred is not None:
+                    return centred
+        return None
 
     def certain(self, sighting: Sighting) -> bool:
         return sighting.detection.score >= self.config.certain
