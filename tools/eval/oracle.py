@@ -55,8 +55,10 @@ class OracleEncoder:
             rows.append(np.sqrt(np.append(pixels, 0.0)) / np.sqrt(pixels.sum()))
         middle = np.array([(first + last) / 2 for first, last in self.REGIONS])
         bearings = column_bearings(left + middle * (right - left), rgb.shape[1], hfov)
-        features = cv2.resize(counts, self.CELLS[::-1], interpolation=cv2.INTER_AREA)
-        return View(np.array(rows, np.float32), bearings, (features.transpose(2, 0, 1),), window)
+        # Noun by noun: enlarging, as a small window needs, OpenCV takes four channels at most.
+        planes = np.moveaxis(counts, 2, 0)
+        features = [cv2.resize(plane, self.CELLS[::-1], interpolation=cv2.INTER_AREA) for plane in planes]
+        return View(np.array(rows, np.float32), bearings, (np.array(features),), window)
 
     def saliency(self, view: View, direction: np.ndarray) -> np.ndarray:
         """Share of each cell's pixels ``(h, w)`` that belong to what ``direction (dim,)`` names."""
