@@ -43,9 +43,9 @@ class OracleEncoder:
         return self.dim - 1 if named is None else self._nouns.index(named)
 
     def encode_image(self, rgb: np.ndarray, hfov: float = CameraModel.hfov, window=None) -> View:
-        """The true content of the world's latest picture, which ``rgb`` must be."""
+        """The true content of the world's latest picture, which ``rgb`` must be but for what the robot painted over."""
         left, top, right, bottom = window or (0, 0, rgb.shape[1], rgb.shape[0])
-        counts = self._counts(slice(top, bottom, 2), slice(left, right, 2))
+        counts = self._counts(rgb, slice(top, bottom, 2), slice(left, right, 2))
         rows = []
         for first, last in self.REGIONS:
             columns = slice(round(first * counts.shape[1]), round(last * counts.shape[1]))
@@ -64,9 +64,10 @@ class OracleEncoder:
         """Share of each cell's pixels ``(h, w)`` that belong to what ``direction (dim,)`` names."""
         return np.tensordot(np.maximum(direction[:-1], 0), view.features[0], axes=1)
 
-    def _counts(self, rows: slice, columns: slice) -> np.ndarray:
+    def _counts(self, rgb: np.ndarray, rows: slice, columns: slice) -> np.ndarray:
         """4 for each noun's pixels among every second one of the picture's, else 0: ``(rows, columns, nouns + 1)``."""
-        instances = self._world.picture.instances[rows, columns]
+        kept = (rgb[rows, columns] == self._world.picture.rgb[rows, columns]).all(axis=2)
+        instances = np.where(kept, self._world.picture.instances[rows, columns], -1)
         nouns = [self._noun_of[thing_id] for thing_id in self._world.object_ids]
         axis = np.array([self._nouns.index(noun) for noun in nouns] + [self.dim - 2])  # -1, no object, is the last one
         return 4.0 * (axis[instances][..., None] == np.arange(self.dim - 1)).astype(np.float32)
