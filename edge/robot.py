@@ -76,7 +76,7 @@ class Robot:
     def _look(self, frame: RgbdFrame) -> None:
         pose = self.in_map(frame.odom)
         self.grid.integrate_depth(pose, frame.depth, self.camera)
-        self.coverage.integrate(pose, frame.depth, self.camera, self.grid.frame)
+        self.coverage.integrate(pose, frame.depth, self.camera, self.grid)
         x, y, turn = between(self._offered, pose)
         if np.hypot(x, y) >= self.config.candidate_distance or abs(turn) >= self.config.candidate_angle:
             self._offered = pose

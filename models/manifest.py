@@ -29,7 +29,7 @@ class Image:
     """How a picture becomes the image tower's input: stretch to ``height`` x ``width``, scale to 0..1, normalize."""
 
     graph: str
-    saliency: str  # graph: features and a text direction to a Grad-CAM map
+    saliency: str  # graph: the image graph's maps and a text direction to a Grad-CAM map
     height: int  # px
     width: int  # px
     mean: tuple[float, float, float]

@@ -25,6 +25,7 @@ class LocalizerConfig:
     drift_angle: float = 0.02  # rad per m driven
     min_score: float = 0.60  # share of returns that must fit; people and moved chairs may cost 40 %
     gate: float = 16.27  # squared Mahalanobis distance; chi-square with 3 dof exceeds it once in 1 000
+    spun: tuple[float, float, float] = (0.05, 0.05, 0.05)  # m, m, rad; doubt after a good match that the gate refused
     lost_after: int = 20  # rejected matches in a row, about 1 m of driving, before the localizer calls itself lost
 
 
@@ -114,12 +115,16 @@ class Localizer:
         self.match = found
         if found.score == 0.0:
             return  # new ground: there is nothing yet to agree or disagree with
-        fits = found.score >= self.config.min_score
-        if not fits or self._belief.distance(found.pose, found.covariance) > self.config.gate:
+        if found.score < self.config.min_score:
             self._rejected += 1
-            return
-        self._rejected = 0
-        self._belief = self._belief.corrected(found.pose, found.covariance)
+        elif self._belief.distance(found.pose, found.covariance) > self.config.gate:
+            self._rejected += 1
+            # Either this match or the odometry is wrong: wheels spin when the robot pushes against something. The
+            # next matches tell, if they agree with this one.
+            self._belief = PoseBelief(guess, self._belief.covariance + np.diag(self.config.spun) ** 2)
+        else:
+            self._rejected = 0
+            self._belief = self._belief.corrected(found.pose, found.covariance)
 
 
 def _differ(a: np.ndarray, b: np.ndarray) -> bool:

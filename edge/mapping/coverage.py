@@ -7,6 +7,8 @@ import numpy as np
 
 from edge.camera import CameraModel
 from edge.mapping.grid import GridFrame
+from edge.mapping.occupancy import OccupancyGrid
+from edge.mapping.sight_line import mapped_depth
 from edge.pose import transform
 
 
@@ -28,11 +30,13 @@ class CameraCoverage:
         self.frame: GridFrame | None = None
         self.viewed = np.zeros((0, 0), np.uint8)
 
-    def integrate(self, pose, depth, camera: CameraModel, frame: GridFrame) -> None:
+    def integrate(self, pose, depth, camera: CameraModel, grid: OccupancyGrid) -> None:
         """Mark what one depth image ``(H, W)`` [m], taken from base ``pose (3,)``, has looked at."""
-        self.follow(frame)
-        reach = self._reach(depth)
+        self.follow(grid.frame)
         u = np.linspace(0, depth.shape[1] - 1, self.config.columns)
+        reach = self._reach(depth)
+        blank = reach == 0
+        reach[blank] = mapped_depth(grid, camera, pose, u[blank])
         tan = (camera.centre[0] - u) / camera.focal
         # Reach is measured along the axis; cap the slant range, not the depth.
         along = np.minimum(reach, self.config.range / np.hypot(1, tan))
@@ -42,12 +46,13 @@ class CameraCoverage:
         cv2.fillPoly(self.viewed, [np.round(cells * (1 << self._SHIFT)).astype(np.int32)], 1, shift=self._SHIFT)
 
     def _reach(self, depth):
-        """Depth [m] of the farthest return in each of the columns: low furniture does not hide what rises behind it."""
+        """Depth [m] of the farthest return in each of the columns: low furniture does not hide what rises behind it.
+
+        0 where nothing came back.
+        """
         width = depth.shape[1]
         picked = depth[::4, np.linspace(0, width - 1, self.config.columns).round().astype(np.intp)]
-        farthest = np.nan_to_num(picked, nan=0.0).max(axis=0)
-        # Without any return everything in the column is beyond the sensor, so nothing is in the way.
-        return np.where(farthest > 0, farthest, np.inf)
+        return np.nan_to_num(picked, nan=0.0).max(axis=0)
 
     def follow(self, frame: GridFrame) -> None:
         """Take on the shape of a grid that has grown; what was viewed stays where it is in the map."""

@@ -9,7 +9,7 @@ from edge.mapping.frontiers import reachable
 from edge.missions.centring import centre
 from edge.missions.evidence import Evidence, Place
 from edge.missions.mission import Mission, Story
-from edge.missions.motion import drive, face, resample, route
+from edge.missions.motion import drive, face, look_from_near
 from edge.missions.sighting import Sighting, sight, sight_things
 from edge.observation import STOP
 from edge.perception.close_look import look_closely
@@ -28,14 +28,13 @@ class FindObjectConfig:
     hits: int = 50  # k of [V] Sec. III-C
     hypotheses: int = 6  # viewpoints tried; [V] tries one. A right one is first for 3 in 10 names, among 6 for 6 in 10
     certain: float = 0.9  # score that needs no comparison with what the other viewpoints show
-    in_memory: float = 0.6  # score of the best hit; of objects that were seen, 99 in 100 have more
+    in_memory: float = 0.5  # score of the best hit: some view beats something else; no higher limit tells the absent
     shown: float = 0.5  # score of a place worth a claim: the target beats what else it may be
     likely: float = 0.25  # score from afar that is worth a close look, which tells far more
     closer: int = 2  # things at a viewpoint that are looked at closely
     sweep: float = np.radians(40)  # rad to either side of the remembered bearing; half a field of view
     near: float = 1.5  # m from a thing, for a close look at it
     stand: float = 2.2  # m from the target, where centring begins: nearer, what is beside it leaves the picture
-    around: float = 0.6  # m around a thing, which it and its neighbours occupy in the map
     pictures: int = 4  # looked at while standing still
     things: int = 4  # looked at in one picture, a pass of the image tower each
     last_call: float = 60.0  # s before the time limit, when the search ends and the best place is approached
@@ -107,34 +106,19 @@ class FindObject(Mission):
     def look_closely_at(self, place: Place) -> Story:
         """Go near a thing and look at it again."""
         place.closely = True
-        yield from self.go_near(place.nearest.position, self.config.near)
+        yield from look_from_near(self.robot, place.nearest.position, self.config.near)
         yield from self.stare()
 
     def approach(self, place: Place) -> Story:
         """Go to a place and centre the thing there; the last ``Sighting``, with the score of all, or None if lost."""
-        yield from self.go_near(place.nearest.position, self.config.stand)
-        centred = yield from centre(self.robot, self.detector, self.target, place.sighting)
-        return centred and replace(centred, detection=replace(centred.detection, score=place.score))
-
-    def go_near(self, position, near: float) -> Story:
-        """Drive to where ``position`` (2,) comes within ``near`` [m], and face it."""
-        robot = self.robot
-        path = route(robot, position, near=near)
-        if path is not None:
-            steps = resample(path)
-            away = np.hypot(*(steps - position).T)
-            # The first place near enough with a clear view; a way without one is driven as near as it gets.
-            fits = [i for i in np.flatnonzero(away <= near) if self.clear(steps[i], position)]
-            yield from drive(robot, steps[fits[0] if fits else away.argmin()])
-        toward = position - robot.pose[:2]
-        yield from face(robot, float(np.arctan2(toward[1], toward[0])))
-
-    def clear(self, here, position) -> bool:
-        """Whether nothing that the map knows stands between ``here`` and what surrounds ``position``, (2,) each."""
-        grid, away = self.robot.grid, np.hypot(*(position - here))
-        share = np.arange(0, max(away - self.config.around, 0), grid.frame.resolution / 2) / away
-        cells = [grid.frame.to_cell(here + part * (position - here)) for part in share]
-        return not any(grid.occupied[cell] for cell in cells)
+        for position in (place.nearest.position, place.nearest.behind):
+            if position is not None:
+                yield from look_from_near(self.robot, position, self.config.stand)
+                sighting = replace(place.sighting, position=position)
+                centred = yield from centre(self.robot, self.detector, self.target, sighting)
+                if centred is not None:
+                    return replace(centred, detection=replace(centred.detection, score=place.score))
+        return None
 
     def certain(self) -> bool:
         """Whether some place needs no comparison any more."""

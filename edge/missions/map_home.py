@@ -1,7 +1,9 @@
 """Map a home: drive until the camera has looked at every reachable part of it, and remember the views."""
 
 from dataclasses import dataclass
+from math import ceil
 
+import cv2
 import numpy as np
 
 from edge.mapping.frontiers import Frontier, frontiers
@@ -86,8 +88,17 @@ class MapHome(Mission):
         return not self.explored()[max(row - 2, 0) : row + 3, max(col - 2, 0) : col + 3].all()
 
     def explored(self) -> np.ndarray:
-        """Cells that the map knows and the camera has looked at, bool ``(R, C)``."""
-        return self.robot.coverage.viewed.view(bool) & ~self.robot.grid.unknown
+        """Cells that the map knows and the camera has looked at, as at what stands beside them, bool ``(R, C)``.
+
+        Furniture that only the lidar has seen has no reachable cell at its edge, as the robot is wide: the floor
+        before it counts as unexplored in its place.
+        """
+        grid, viewed = self.robot.grid, self.robot.coverage.viewed.view(bool)
+        unseen = grid.occupied & ~viewed
+        reach = ceil(self.robot.config.radius / grid.resolution) + 2
+        for _ in range(reach):  # over free floor only, not through walls
+            unseen |= cv2.dilate(unseen.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool) & grid.free
+        return viewed & ~grid.unknown & ~unseen
 
     def _is_given_up(self, waypoint) -> bool:
         return any(np.hypot(*(waypoint - other)) < self.config.given_up for other in self._given_up)

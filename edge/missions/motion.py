@@ -4,9 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from edge.mapping.frontiers import reachable
 from edge.missions.mission import Story
 from edge.observation import STOP, Twist
 from edge.planning.mpepc import Mpepc
+from edge.planning.standpoint import standpoint
 from edge.planning.theta_star import ThetaStarConfig, plan
 from edge.pose import wrap
 from edge.robot import Robot
@@ -86,13 +88,17 @@ def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig
         yield twist
 
 
+def look_from_near(robot: Robot, place, near: float) -> Story:
+    """Drive to where ``place (2,)`` [m] is well seen from within ``near`` [m], as far as the map can tell; face it."""
+    grid = robot.grid
+    ground = reachable(grid, robot.pose, robot.config.radius)
+    stand = standpoint(place, robot.pose, near, ground, grid.occupied, grid.frame)
+    if stand is not None:
+        yield from drive(robot, stand)
+    toward = place - robot.pose[:2]
+    yield from face(robot, float(np.arctan2(toward[1], toward[0])))
+
+
 def length(path) -> float:
     """Length [m] of a polyline ``(K, 2)``."""
     return float(np.hypot(*np.diff(path, axis=0).T).sum())
-
-
-def resample(path, step: float = 0.1) -> np.ndarray:
-    """Points ``(N, 2)`` every ``step`` [m] along a polyline ``(K, 2)``, both ends included."""
-    done = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-    at = np.append(np.arange(0.0, done[-1], step), done[-1])
-    return np.column_stack([np.interp(at, done, path[:, 0]), np.interp(at, done, path[:, 1])])

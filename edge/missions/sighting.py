@@ -4,12 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from edge.mapping.sight_line import mapped_depth
 from edge.perception.detection import Detection, Detector
 from edge.perception.encoder import View
 from edge.perception.prompts import Target
 from edge.perception.things import Thing, alone, find_things
 from edge.pose import transform
 from edge.robot import Robot
+
+APART = 0.5  # m between two depths in a box that cannot both be the object's
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +25,7 @@ class Sighting:
     bearing: float  # rad of the box centre from the optical axis, left positive
     depth: float  # m along the optical axis
     position: np.ndarray  # (2,) m in the map
+    behind: np.ndarray | None = None  # (2,) m, where it is if the nearest thing in the box only stands in front of it
 
 
 def sight_things(robot: Robot, detector: Detector, target: Target, most: int, first: int = 0) -> list[Sighting]:
@@ -65,17 +69,20 @@ def sight(robot: Robot, detector: Detector, target: Target, views: list[View]) -
         return None
     camera = robot.camera
     u, _ = detection.centre
-    depth = _depth(robot.frame.depth, detection.box, camera.max_depth)
-    point = camera.unproject(u, camera.centre[1], depth)[None, :2]
     pose = robot.in_map(robot.frame.odom)
-    position = transform(pose, point)[0]
-    return Sighting(robot.frame.stamp, pose, detection, float(camera.bearing(u)), depth, position)
+    depths = _depths(robot.frame.depth, detection.box)
+    if depths is None:
+        depths = np.full(2, mapped_depth(robot.grid, camera, pose, [u])[0])
+    near, far = transform(pose, camera.unproject(u, camera.centre[1], depths)[:, :2])
+    behind = far if depths[1] - depths[0] > APART else None
+    return Sighting(robot.frame.stamp, pose, detection, float(camera.bearing(u)), float(depths[0]), near, behind)
 
 
-def _depth(depth, box, beyond: float) -> float:
-    """Depth [m] of what a box shows: the near quartile of its middle, as the rest shows what is behind the object.
+def _depths(depth, box) -> np.ndarray | None:
+    """Depth [m] of the near and far quartiles of the middle of a box, ``(2,)``.
 
-    Without a return there, the object is ``beyond`` the sensor.
+    The near one is the object's as a rule, and the rest what shows behind it. None without a return there: the object
+    is nearer than the sensor's minimum, beyond its maximum, or black.
     """
     x0, y0, x1, y1 = box
     across, down = (x1 - x0) / 4, (y1 - y0) / 4
@@ -83,4 +90,4 @@ def _depth(depth, box, beyond: float) -> float:
     cols = slice(max(int(x0 + across), 0), max(int(np.ceil(x1 - across)), 1))
     middle = depth[rows, cols]
     returns = middle[np.isfinite(middle) & (middle > 0)]
-    return float(np.quantile(returns, 0.25)) if returns.size else beyond
+    return np.quantile(returns, (0.25, 0.75)) if returns.size else None

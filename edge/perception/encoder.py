@@ -18,13 +18,13 @@ class View:
 
     ``vectors`` (R, D) float32 unit rows: the whole picture, then its regions from left to right;
     ``bearings`` (R,) rad: mid-angle of each region from the optical axis, left positive;
-    ``features`` (C, h, w) float32: the last spatial feature map;
+    ``features``: the spatial maps, (C, h, w) float32 each, that the model's saliency graph asks for;
     ``window`` (left, top, right, bottom) px: the part of the picture that was looked at, None for all of it.
     """
 
     vectors: np.ndarray
     bearings: np.ndarray
-    features: np.ndarray
+    features: tuple[np.ndarray, ...]
     window: tuple[int, int, int, int] | None = None
 
 
@@ -36,6 +36,7 @@ class Encoder:
         self._image = open_session(manifest.folder / manifest.image.graph, threads)
         self._text = TextTower(manifest, threads) if text else None
         self._threads = threads
+        self._maps = [output.name for output in self._image.get_outputs()[1:]]
         self._saliency = None
 
     @classmethod
@@ -83,10 +84,10 @@ class Encoder:
         """
         left, top, right, bottom = window or (0, 0, rgb.shape[1], rgb.shape[0])
         part = rgb[top:bottom, left:right]
-        vectors, features = self._image.run(None, {"image": preprocess(part, self._manifest.image)})
+        vectors, *maps = self._image.run(None, {"image": preprocess(part, self._manifest.image)})
         middle = np.array([(a + b) / 2 for a, b in self._manifest.image.regions])
         bearings = column_bearings(left + middle * (right - left), rgb.shape[1], hfov)
-        return View(_finite_unit(vectors), bearings, features[0], window)
+        return View(_finite_unit(vectors), bearings, tuple(features[0] for features in maps), window)
 
     def encode_text(self, texts: list[str]) -> np.ndarray:
         """Prompts to ``(N, D)`` float32 unit rows.
@@ -103,12 +104,14 @@ class Encoder:
 
         Closed form, without autograd (Selvaraju et al. 2017, used as in [V] Sec. III-C): after average pooling the
         gradient is the same in every cell, so the map is ``ReLU(F . J(m)^T d)`` with m the pooled feature and J the
-        Jacobian of the head there. The model's own saliency graph evaluates it, since J depends on the head.
+        Jacobian of the head there. The model's own saliency graph evaluates it, since J depends on the head, from the
+        maps that its image graph gives beside the vectors.
         """
         if self._saliency is None:
             graph = self._manifest.folder / self._manifest.image.saliency
             self._saliency = open_session(graph, self._threads, exact=True)
-        feeds = {"features": view.features[None], "direction": np.asarray(direction, np.float32)}
+        feeds = {name: features[None] for name, features in zip(self._maps, view.features)}
+        feeds["direction"] = np.asarray(direction, np.float32)
         return np.nan_to_num(self._saliency.run(None, feeds)[0], posinf=0.0)
 
 

@@ -58,11 +58,11 @@ class OracleEncoder:
         # Noun by noun: enlarging, as a small window needs, OpenCV takes four channels at most.
         planes = np.moveaxis(counts, 2, 0)
         features = [cv2.resize(plane, self.CELLS[::-1], interpolation=cv2.INTER_AREA) for plane in planes]
-        return View(np.array(rows, np.float32), bearings, np.array(features), window)
+        return View(np.array(rows, np.float32), bearings, (np.array(features),), window)
 
     def saliency(self, view: View, direction: np.ndarray) -> np.ndarray:
         """Share of each cell's pixels ``(h, w)`` that belong to what ``direction (dim,)`` names."""
-        return np.tensordot(np.maximum(direction[:-1], 0), view.features, axes=1)
+        return np.tensordot(np.maximum(direction[:-1], 0), view.features[0], axes=1)
 
     def _counts(self, rows: slice, columns: slice) -> np.ndarray:
         """4 for each noun's pixels among every second one of the picture's, else 0: ``(rows, columns, nouns + 1)``."""

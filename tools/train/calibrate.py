@@ -29,8 +29,8 @@ def logistic(x: np.ndarray, y: np.ndarray, intercept: bool = True, steps: int = 
 
 def presence(features: Features, entries: list[Entry], nouns: list[str], regions) -> np.ndarray:
     """(N, R, V) float32: 1 where a region truly shows something of that name, 0 where not, NaN where one cannot say."""
-    width = features.maps.shape[2]
-    truth = np.zeros((len(features.maps), len(regions), len(nouns)), np.float32)
+    width = features.presence.shape[2]
+    truth = np.zeros((len(features.middle), len(regions), len(nouns)), np.float32)
     place = {name: i for i, name in enumerate(nouns)}
     for k, (scene, model) in enumerate(zip(features.scene, features.model)):
         columns = [place[name] for name in names(entries[model]) if name in place]

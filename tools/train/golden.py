@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from torch.nn import functional
 
 from edge.perception.encoder import Encoder
 from edge.perception.preprocess import preprocess
@@ -11,36 +12,40 @@ from models.manifest import Image
 from tools.train.image_tower import ImageTower
 
 
-def grad_cam(head, features: torch.Tensor, direction: torch.Tensor) -> torch.Tensor:
-    """Grad-CAM (h, w) of ``head(mean(features)) . direction`` by autograd; ``features`` (1, C, h, w).
+def autograd_cam(head, deep: torch.Tensor, detail: torch.Tensor, direction: torch.Tensor) -> torch.Tensor:
+    """Grad-CAM (2h, 2w) by autograd of ``head(pooled maps) . direction``; maps (1, C, h, w) and (1, C', 2h, 2w).
 
-    Selvaraju et al. 2017: channel weights are the gradients averaged over the cells. Scaled by the number of cells, as
-    the closed form leaves that factor out.
+    Selvaraju et al. 2017: channel weights are the gradients averaged over the cells of the layer, here the deep map
+    enlarged beside the detail map. Scaled by the number of cells, as the closed form leaves that factor out.
     """
-    features = features.detach().requires_grad_()
+    large = functional.interpolate(deep, scale_factor=2, mode="bilinear", align_corners=False)
+    features = torch.cat([large, detail], 1).detach().requires_grad_()
     (head(features.mean((2, 3)))[0] @ direction).backward()
     weights = features.grad.mean((2, 3), keepdim=True) * features.shape[2] * features.shape[3]
     return torch.relu((weights * features.detach()).sum(1)[0])
 
 
 def write_golden(tower: ImageTower, pictures: list[np.ndarray], image: Image, encoder: Encoder, path: Path) -> None:
-    """``pictures`` with the float32 tower's vectors; of three also features, directions and Grad-CAM."""
+    """``pictures`` with the float32 tower's vectors; of three also both maps, directions and Grad-CAM."""
     names = ("teddy bear", "chair", "refrigerator")
     prompts = encoder.encode_text([f"A photo of {name}" for name in names] + ["A photo of something else"])
     directions = prompts[:3] - prompts[3]
-    vectors, kept, maps = [], [], []
+    vectors, kept, saliency = [], [], []
     with torch.no_grad():
         for rgb in pictures:
-            found, features = tower(torch.tensor(preprocess(rgb, image)))
+            found, *maps = tower(torch.tensor(preprocess(rgb, image)))
             vectors.append(found.numpy())
-            kept.append(features.half())
-    for features, direction in zip(kept, directions):
-        maps.append(grad_cam(tower.head, features.float(), torch.tensor(direction)).numpy())
+            kept.append([features.half() for features in maps])
+    for maps, direction in zip(kept, directions):
+        maps = [features.float() for features in maps]
+        saliency.append(autograd_cam(tower.head, *maps, torch.tensor(direction)).numpy())
+    deep, detail = (np.concatenate([features.numpy() for features in maps]) for maps in zip(*kept[:3]))
     np.savez_compressed(
         path,
         pictures=np.stack(pictures),
         vectors=np.stack(vectors),
-        features=np.concatenate([features.numpy() for features in kept[:3]]),
+        deep=deep,
+        detail=detail,
         directions=directions,
-        saliency=np.stack(maps),
+        saliency=np.stack(saliency),
     )

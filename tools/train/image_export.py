@@ -17,7 +17,7 @@ from onnxruntime.quantization import (
 )
 from onnxruntime.quantization.shape_inference import quant_pre_process
 
-from tools.train.image_tower import CHANNELS, STRIDE, Head, ImageTower, Saliency
+from tools.train.image_tower import DEEP, DETAIL, STRIDE, Front, Head, ImageTower, Saliency
 
 # The stem and the first block stay in float32: their few channels have such unequal ranges that with them in int8 the
 # pooled features keep a median cosine of 0.977 to float32's, and 0.997 without. They are no slower in float32.
@@ -35,16 +35,22 @@ def round_weights(head: Head) -> None:
             matrix.copy_(torch.round(matrix / scale) * scale)
 
 
+def export_front(front: Front, height: int, width: int, path: Path) -> None:
+    """``image`` (1, 3, H, W) to ``middle`` (1, 112, H/16, W/16) and ``logits`` (R, 1000)."""
+    _export(front, (torch.zeros(1, 3, height, width),), path, ["image"], ["middle", "logits"])
+
+
 def export_float(tower: ImageTower, height: int, width: int, path: Path) -> None:
-    """``image`` (1, 3, H, W) to ``vectors`` (R, D) and ``features`` (1, C, h, w), opset 17."""
-    _export(tower, (torch.zeros(1, 3, height, width),), path, ["image"], ["vectors", "features"])
+    """``image`` (1, 3, H, W) to ``vectors`` (R, D) and the maps ``deep`` and ``detail``, opset 17."""
+    _export(tower, (torch.zeros(1, 3, height, width),), path, ["image"], ["vectors", "deep", "detail"])
 
 
 def export_saliency(head: Head, height: int, width: int, path: Path) -> None:
-    """``features`` (1, C, h, w) and ``direction`` (D,) to ``map`` (h, w); the head's matrices as int8 with scales."""
-    features = torch.zeros(1, CHANNELS, height // STRIDE, width // STRIDE)
+    """``deep``, ``detail`` and ``direction`` (D,) to ``map`` (2h, 2w); the head's matrices as int8 with scales."""
+    h, w = height // STRIDE, width // STRIDE
+    maps = torch.zeros(1, DEEP, h, w), torch.zeros(1, DETAIL, 2 * h, 2 * w)
     direction = torch.zeros(head.concepts.shape[1])
-    _export(Saliency(head), (features, direction), path, ["features", "direction"], ["map"])
+    _export(Saliency(head), (*maps, direction), path, ["deep", "detail", "direction"], ["map"])
     model = onnx.load(path)
     _store_int8(model.graph)
     _save(model, path)

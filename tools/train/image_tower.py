@@ -1,4 +1,4 @@
-"""The image tower in PyTorch: EfficientNet-Lite0's trunk, the head on its pooled features, and the head's Grad-CAM."""
+"""The image tower in PyTorch: EfficientNet-Lite0's trunk, a neck for detail, the head, and the head's Grad-CAM."""
 
 from pathlib import Path
 
@@ -7,51 +7,89 @@ from efficientnet_lite_pytorch import EfficientNet
 from torch import nn
 from torch.nn import functional
 
-CHANNELS = 1280  # of the trunk's last feature map
-STRIDE = 32  # px of the input a cell of that map
+MIDDLE, LAST, DEEP = 112, 320, 1280  # channels: of the trunk's middle map, of its last block, of its last layer
+DETAIL = 256  # channels of the neck's map
+STRIDE = 32  # px of the input a cell of the deep map spans; the middle and the detail map have cells of half that
+_SPLIT = 11  # first block after the middle map
 
 
 class Trunk(nn.Module):
-    """ImageNet EfficientNet-Lite0 up to the last feature map: (B, 3, H, W) to (B, 1280, H/32, W/32).
+    """ImageNet EfficientNet-Lite0 in two parts, cut where its map is an eighteenth of the picture wide.
 
     H and W must be multiples of 32: then TensorFlow's asymmetric "same" padding is that of the 224 px it was made for.
+    Batch norm keeps ImageNet's statistics in training, too.
     """
 
     def __init__(self, network: EfficientNet):
         super().__init__()
-        self.network = network
+        self.network = network.eval()
 
     @classmethod
     def load(cls, path: Path) -> "Trunk":
         network = EfficientNet.from_name("efficientnet-lite0")
         network.load_state_dict(torch.load(path, map_location="cpu", weights_only=True))
-        return cls(network.eval()).eval()
+        return cls(network)
 
     def classifier(self) -> tuple[torch.Tensor, torch.Tensor]:
         """ImageNet's weights (1000, 1280) and bias (1000,)."""
         return self.network._fc.weight.detach(), self.network._fc.bias.detach()
 
-    def forward(self, image):
-        return self.network.extract_features(image)
+    def middle(self, image):
+        """(B, 3, H, W) to (B, 112, H/16, W/16)."""
+        x = functional.relu6(self.network._bn0(self.network._conv_stem(image)))
+        for block in self.network._blocks[:_SPLIT]:
+            x = block(x)
+        return x
+
+    def deep(self, middle):
+        """The middle map to the last block's (B, 320, H/32, W/32) and the last layer's (B, 1280, H/32, W/32)."""
+        last = middle
+        for block in self.network._blocks[_SPLIT:]:
+            last = block(last)
+        return last, functional.relu6(self.network._bn1(self.network._conv_head(last)))
+
+    def late(self) -> list[nn.Module]:
+        """The parts after the middle map."""
+        return [*self.network._blocks[_SPLIT:], self.network._conv_head, self.network._bn1]
+
+    def train(self, mode: bool = True):
+        return super().train(False)
+
+
+class Neck(nn.Module):
+    """What the last block knows, put where the middle map sees edges: (B, 256, H/16, W/16), as in a feature pyramid
+    (Lin et al. 2017). The deep map alone has cells too coarse to point at a cup."""
+
+    def __init__(self):
+        super().__init__()
+        self.last = nn.Conv2d(LAST, DETAIL, 1)
+        self.middle = nn.Conv2d(MIDDLE, DETAIL, 1)
+        self.around = nn.Conv2d(DETAIL, DETAIL, 3, padding=1, groups=DETAIL, bias=False)
+        self.mix = nn.Conv2d(DETAIL, DETAIL, 1)
+
+    def forward(self, middle, last):
+        wide = functional.interpolate(self.last(last), scale_factor=2, mode="nearest")
+        return functional.relu6(self.mix(self.around(functional.relu6(wide + self.middle(middle)))))
 
 
 class Head(nn.Module):
-    """Pooled features (N, 1280) to unit vectors (N, D) in the text tower's space: a weighted sum of two branches.
+    """Pooled features (N, 1280 + 256) to unit vectors (N, D) in the text tower's space: a sum of two branches.
 
     - *projection*: trained on renders against the locked text tower (LiT, Zhai et al. 2022);
     - *concepts*: ImageNet's class posterior, averaged over the text embeddings of the class names (ConSE, Norouzi et
-      al. 2014), so that nouns that no render shows still work.
+      al. 2014), so that nouns that no render shows still work. It reads the deep features only.
     """
 
     def __init__(self, classifier: nn.Linear, concepts: torch.Tensor, share: float):
         super().__init__()
-        self.projection = nn.Linear(CHANNELS, concepts.shape[1])
+        self.projection = nn.Linear(DEEP + DETAIL, concepts.shape[1])
         self.classifier = classifier
         self.concepts = nn.Parameter(concepts, requires_grad=False)
         self.share = share  # weight of the concepts, 0..1
 
     def branches(self, pooled):
-        posterior = torch.softmax(self.classifier(pooled), -1)
+        """The projection, the concept and the class posterior of pooled features."""
+        posterior = torch.softmax(self.classifier(pooled[..., :DEEP]), -1)
         return self.projection(pooled), posterior @ self.concepts, posterior
 
     def forward(self, pooled):
@@ -59,55 +97,93 @@ class Head(nn.Module):
         fused = (1 - self.share) * functional.normalize(projected, dim=-1)
         return functional.normalize(fused + self.share * functional.normalize(concept, dim=-1), dim=-1)
 
+    def sensitivity(self, pooled, direction):
+        """Gradient of ``forward(pooled) . direction``, both (N, …), with respect to ``pooled``, written out.
+
+        From the last operation to the first, so that it runs without autograd and can itself be trained.
+        """
+        projected, concept, posterior = self.branches(pooled)
+        fused = (1 - self.share) * _unit(projected) + self.share * _unit(concept)
+        at_fused = _through_norm(fused, direction)
+        at_projected = (1 - self.share) * _through_norm(projected, at_fused)
+        at_posterior = (self.share * _through_norm(concept, at_fused)) @ self.concepts.T
+        at_logits = posterior * (at_posterior - (posterior * at_posterior).sum(-1, keepdim=True))
+        weights = at_projected @ self.projection.weight
+        deep = weights[..., :DEEP] + at_logits @ self.classifier.weight
+        return torch.cat([deep, weights[..., DEEP:]], -1)
+
 
 class ImageTower(nn.Module):
-    """(1, 3, H, W) to the unit vectors (R, D) of picture and regions, and the feature map (1, C, h, w)."""
+    """(1, 3, H, W) to the unit vectors (R, D) of picture and regions, and the deep and the detail map."""
 
-    def __init__(self, trunk: Trunk, head: Head, regions):
+    def __init__(self, trunk: Trunk, neck: Neck, head: Head, regions):
         super().__init__()
-        self.trunk, self.head, self.regions = trunk, head, regions
+        self.trunk, self.neck, self.head, self.regions = trunk, neck, head, regions
 
     def forward(self, image):
-        features = self.trunk(image)
-        return self.head(pool(features, self.regions)[0]), features
+        deep, detail = self.maps(self.trunk.middle(image))
+        return self.head(pool(deep, detail, self.regions)[0]), deep, detail
+
+    def maps(self, middle):
+        """The deep map (B, 1280, h, w) and the detail map (B, 256, 2h, 2w) of a middle map (B, 112, 2h, 2w)."""
+        last, deep = self.trunk.deep(middle)
+        return deep, self.neck(middle, last)
 
 
-def pool(features, regions):
-    """(B, C, h, w) to the means over each region's columns, (B, R, C). Edges must fall between cells."""
-    width = int(features.shape[3])
+def pool(deep, detail, regions):
+    """Both maps to their means over each region's columns, (B, R, 1280 + 256). Edges must fall between deep cells."""
+    width = int(deep.shape[3])
     columns = [(round(a * width), round(b * width)) for a, b in regions]
-    return torch.stack([features[..., a:b].mean((2, 3)) for a, b in columns], 1)
+    parts = [(deep[..., a:b].mean((2, 3)), detail[..., 2 * a : 2 * b].mean((2, 3))) for a, b in columns]
+    return torch.stack([torch.cat(part, 1) for part in parts], 1)
+
+
+def grad_cam(head: Head, deep, detail, direction):
+    """Grad-CAM (B, 2h, 2w), before its ReLU, of each picture's whole vector dotted with ``direction`` (B, D).
+
+    Pooling gives every cell the same gradient, J^T direction / cells, so the channel weights of Selvaraju et al. 2017
+    are J^T direction; the constant is left out. The layer is the deep map enlarged to the detail map's cells, beside
+    the detail map. Enlarging bilinearly by two keeps the mean, and commutes with the sum over channels.
+    """
+    weights = head.sensitivity(torch.cat([deep.mean((2, 3)), detail.mean((2, 3))], 1), direction)[:, None]
+    coarse = (weights[..., :DEEP] @ deep.flatten(2)).unflatten(2, deep.shape[2:])
+    fine = (weights[..., DEEP:] @ detail.flatten(2)).unflatten(2, detail.shape[2:])
+    return (functional.interpolate(coarse, scale_factor=2, mode="bilinear", align_corners=False) + fine)[:, 0]
+
+
+class Front(nn.Module):
+    """ImageNet's network as it came: (1, 3, H, W) to the middle map and the class logits (R, 1000) of each region."""
+
+    def __init__(self, trunk: Trunk, classifier: nn.Linear, regions):
+        super().__init__()
+        self.trunk, self.classifier, self.regions = trunk, classifier, regions
+
+    def forward(self, image):
+        middle = self.trunk.middle(image)
+        deep = self.trunk.deep(middle)[1]
+        return middle, self.classifier(pool(deep, deep[:, :0], self.regions)[0])
 
 
 class Saliency(nn.Module):
-    """Grad-CAM of ``head(mean(F)) . direction`` without autograd: ReLU(F . J^T direction), (1, C, h, w) to (h, w).
-
-    The gradient with respect to every cell is J^T direction / (h w), so the channel weights of Selvaraju et al. 2017
-    are that vector; the constant 1 / (h w) is left out. J^T is written out, from the last operation to the first.
-    """
+    """Grad-CAM as a graph: ``deep``, ``detail`` and ``direction`` (D,) to (2h, 2w)."""
 
     def __init__(self, head: Head):
         super().__init__()
         self.head = head
 
-    def forward(self, features, direction):
-        pooled = features.mean((0, 2, 3))
-        projected, concept, posterior = self.head.branches(pooled)
-        share = self.head.share
-        fused = (1 - share) * projected / _norm(projected) + share * concept / _norm(concept)
-        at_fused = _through_norm(fused, direction)
-        at_projected = (1 - share) * _through_norm(projected, at_fused)
-        at_posterior = self.head.concepts @ (share * _through_norm(concept, at_fused))
-        at_logits = posterior * (at_posterior - (posterior * at_posterior).sum())
-        weights = at_projected @ self.head.projection.weight + at_logits @ self.head.classifier.weight
-        return torch.relu((features[0] * weights[:, None, None]).sum(0))
+    def forward(self, deep, detail, direction):
+        return torch.relu(grad_cam(self.head, deep, detail, direction[None])[0])
 
 
 def _norm(x):
-    return (x * x).sum().sqrt()
+    return (x * x).sum(-1, keepdim=True).sqrt()
+
+
+def _unit(x):
+    return x / _norm(x)
 
 
 def _through_norm(x, gradient):
     """Gradient with respect to ``x`` of a loss whose gradient with respect to ``x / |x|`` is given."""
-    unit = x / _norm(x)
-    return (gradient - (gradient * unit).sum() * unit) / _norm(x)
+    unit = _unit(x)
+    return (gradient - (gradient * unit).sum(-1, keepdim=True) * unit) / _norm(x)

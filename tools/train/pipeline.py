@@ -18,23 +18,28 @@ from edge.perception.text import TextTower as RuntimeText
 from models.manifest import Image, Manifest
 from tools.assets.catalog import find_libraries
 from tools.train import card, evaluate, image_export, text_tower
+from tools.train.batches import Batches
 from tools.train.calibrate import logistic, presence
 from tools.train.features import Features, is_validation, make_chunks
 from tools.train.fetch import fetch
+from tools.train.finetune import TrainConfig, train
 from tools.train.golden import write_golden
-from tools.train.head import TrainConfig, Vocabulary, sample, train
-from tools.train.image_tower import Head, ImageTower, Trunk
+from tools.train.image_tower import Front, Head, ImageTower, Neck, Trunk
 from tools.train.package import write_manifest
 from tools.train.scenes import SceneMaker
 from tools.train.sprites import LIBRARIES, load_sprites, render_library, training_entries
-from tools.train.validate import pooled_regions, validate
+from tools.train.validate import validate
+from tools.train.vocabulary import Vocabulary
 from tools.train.words import NOTHING, TEMPLATES, concept_vectors, imagenet_names, names, noun
 
-HEIGHT, WIDTH = 224, 288  # px: 7 x 9 cells, so that thirds fall between cells; 320 x 240 is stretched by 4 %
+HEIGHT, WIDTH = 224, 288  # px: 7 x 9 deep cells, so that thirds fall between cells; 320 x 240 is stretched by 4 %
 REGIONS = ((0.0, 1.0), (0.0, 1 / 3), (1 / 3, 2 / 3), (2 / 3, 1.0))
 MEAN, STD = (0.498, 0.498, 0.498), (0.502, 0.502, 0.502)  # (x - 127) / 128, as the trunk was trained
 SHARE = 0.5  # of the concepts in the fused vector; best of 0.2 … 0.65 on the validation models
-TRAINING_CHUNKS, VALIDATION_CHUNKS = 26, 2  # of 500 scenes
+# Twice: without the validation models, to measure and calibrate; then from there with all of them, to ship.
+MEASURED = TrainConfig()
+SHIPPED = TrainConfig(steps=900, rate=4e-4, late_rate=5e-5, seed=1)
+TRAINING_CHUNKS, VALIDATION_CHUNKS = 40, 8  # of 500 scenes
 CALIBRATION = 64  # pictures that set the int8 ranges
 CONTEXT = 128  # tokens
 
@@ -44,7 +49,7 @@ class Pipeline:
 
     def __init__(self, furniture: Path, work: Path, model: Path):
         self.furniture, self.work, self.model = furniture, work, model
-        self.fetched, self.trunk_model = work / "fetched", work / "trunk"
+        self.fetched = work / "fetched"
         self.image = Image("image.onnx", "saliency.onnx", HEIGHT, WIDTH, MEAN, STD, REGIONS)
 
     def fetch(self) -> None:
@@ -59,43 +64,57 @@ class Pipeline:
                 job.result()
 
     def features(self) -> None:
-        """Quantize the frozen trunk first: the head learns from what the int8 trunk will see."""
-        if not (self.trunk_model / "manifest.json").exists():
-            self._pack(self._new_head(share=1.0), self.trunk_model, {"slope": 1.0, "offset": 0.0}, 1.0)
-        session = open_session(self.trunk_model / "image.onnx")
-        see = lambda rgb: session.run(["features"], {"image": preprocess(rgb, self.image)})[0][0]  # noqa: E731
+        """What the frozen front of the trunk sees in many scenes, for training and for validation."""
+        graph = self.work / "export" / "front.onnx"
+        image_export.export_front(Front(self._trunk(), self._classifier(), REGIONS), HEIGHT, WIDTH, graph)
+        session = open_session(graph)
+
+        def see(rgb):
+            middle, logits = session.run(None, {"image": preprocess(rgb, self.image)})
+            return middle[0], logits
+
         entries = training_entries(self.furniture)
         held = np.array([is_validation(entry) for entry in entries])
         for name, use, count in (("val", held, VALIDATION_CHUNKS), ("train", ~held, TRAINING_CHUNKS)):
-            folder = self.work / "features" / name
-            make_chunks(entries, np.flatnonzero(use), self.work / "sprites", see, folder, count)
+            make_chunks(entries, np.flatnonzero(use), self.work / "sprites", see, self.work / "features" / name, count)
 
     def train(self) -> None:
-        """Once without the validation models, to measure and calibrate; then with all, to ship."""
-        torch.set_num_threads(1)  # the matrices are small: two threads spend their time waiting for each other
-        entries, config = training_entries(self.furniture), TrainConfig()
-        encode = self._text().encode
+        entries, encode = training_entries(self.furniture), self._text().encode
         vocabulary = Vocabulary(entries, encode)
-        training, validation = self._features("train"), self._features("val")
-        samples = sample(training, vocabulary, config)
-        head = self._new_head(SHARE)
-        train(head, samples, vocabulary, config)
-        report = self._measure(head, validation, entries, encode, config)
+        tower = self._new_tower()
+        self._trained("measured", tower, MEASURED, ["train"], entries, vocabulary)
+        report = self._measure(tower, self._features("val"), entries, encode)
         (self.work / "validation.json").write_text(json.dumps(report, indent=2))
         print(json.dumps(report["scores"]))
-        train(head, samples.with_more(sample(validation, vocabulary, config)), vocabulary, config)
-        torch.save(head.state_dict(), self.work / "head.pt")
+        self._trained("shipped", tower, SHIPPED, ["train", "val"], entries, vocabulary)
+
+    def _trained(self, name: str, tower: ImageTower, config: TrainConfig, scenes, entries, vocabulary) -> None:
+        """Train the tower on the scenes of those names, or load what this has left before."""
+        file = self.work / f"{name}.pt"
+        if file.exists():
+            tower.load_state_dict(torch.load(file, weights_only=True))
+            return
+        batches = Batches(self._features(*scenes), REGIONS, len(entries), config.batch, config.windows, config.seed)
+        train(tower, batches, vocabulary, config, self.work / f"{name}.ckpt")
+        torch.save(tower.state_dict(), file)
 
     def export(self) -> None:
-        head = self._trained_head()
-        image_export.export_float(self._tower(head), HEIGHT, WIDTH, self.work / "export" / "image_float.onnx")
+        image_export.export_float(self._trained_tower(), HEIGHT, WIDTH, self.work / "export" / "image_float.onnx")
 
     def quantize(self) -> None:
-        head = self._trained_head()
+        """The finished model folder, and the golden file of the robot's tests."""
+        tower = self._trained_tower()
         report = json.loads((self.work / "validation.json").read_text())
-        self._pack(head, self.model, report["relevance"], report["logit_scale"])
+        self.model.mkdir(parents=True, exist_ok=True)
+        pictures = (preprocess(rgb, self.image) for rgb in self._pictures(CALIBRATION))
+        image_export.quantize(self.work / "export" / "image_float.onnx", self.model / "image.onnx", pictures)
+        image_export.export_saliency(tower.head, HEIGHT, WIDTH, self.model / "saliency.onnx")
+        self._text()
+        for name in ("text.onnx", "text.onnx.data", "tokenizer.json"):
+            shutil.copy(self.work / "text" / name, self.model)
+        write_manifest(self.model, self._fields(self.model.name, report["relevance"], report["logit_scale"]))
         target = Path("tests/edge/perception/encoder_golden.npz")
-        write_golden(self._tower(head), self._pictures(6), self.image, Encoder.load(self.model), target)
+        write_golden(tower, self._pictures(6), self.image, Encoder.load(self.model), target)
 
     def evaluate(self) -> None:
         """Held-out naming with the int8 model, and with the same model in float32."""
@@ -116,9 +135,9 @@ class Pipeline:
     def card(self) -> None:
         validation = json.loads((self.work / "validation.json").read_text())
         results = json.loads((self.work / "evaluation.json").read_text())
-        scenes = len(self._features("train").maps) + len(self._features("val").maps)
+        scenes = len(self._features("train", "val").middle)
         held = sum(map(is_validation, training_entries(self.furniture)))
-        text = card.write(Manifest.load(self.model), scenes, held, len(TEMPLATES), validation, results)
+        text = card.write(Manifest.load(self.model), scenes, held, len(TEMPLATES), SHARE, validation, results)
         (self.model / "MODEL_CARD.md").write_text(text)
 
     def _text(self) -> RuntimeText:
@@ -134,43 +153,46 @@ class Pipeline:
         write_manifest(folder, self._fields("text", {"slope": 1.0, "offset": 0.0}, 1.0))
         return RuntimeText(Manifest.load(folder))
 
-    def _new_head(self, share: float) -> Head:
-        weight, bias = Trunk.load(self.fetched / "efficientnet-lite0.pth").classifier()
+    def _trunk(self) -> Trunk:
+        return Trunk.load(self.fetched / "efficientnet-lite0.pth")
+
+    def _classifier(self) -> nn.Linear:
+        weight, bias = self._trunk().classifier()
         classifier = nn.Linear(*weight.T.shape)
         classifier.weight, classifier.bias = nn.Parameter(weight), nn.Parameter(bias)
+        return classifier
+
+    def _new_tower(self) -> ImageTower:
         saved = self.work / "concepts.npy"
         if not saved.exists():
             np.save(saved, concept_vectors(imagenet_names(self.fetched), self._text().encode))
-        return Head(classifier, torch.tensor(np.load(saved)), share).requires_grad_(False)
+        torch.manual_seed(0)
+        head = Head(self._classifier(), torch.tensor(np.load(saved)), SHARE)
+        return ImageTower(self._trunk(), Neck(), head, REGIONS).requires_grad_(False)
 
-    def _trained_head(self) -> Head:
-        head = self._new_head(SHARE)
-        head.load_state_dict(torch.load(self.work / "head.pt", weights_only=True))
-        image_export.round_weights(head)
-        return head
+    def _trained_tower(self) -> ImageTower:
+        tower = self._new_tower()
+        tower.load_state_dict(torch.load(self.work / "shipped.pt", weights_only=True))
+        image_export.round_weights(tower.head)
+        return tower.eval()
 
-    def _tower(self, head: Head) -> ImageTower:
-        return ImageTower(Trunk.load(self.fetched / "efficientnet-lite0.pth"), head, REGIONS).eval()
+    def _features(self, *names: str) -> Features:
+        return Features.load(
+            sorted(file for name in names for file in (self.work / "features" / name).glob("[0-9][0-9][0-9].npz"))
+        )
 
-    def _features(self, name: str) -> Features:
-        return Features.load(sorted((self.work / "features" / name).glob("[0-9][0-9][0-9].npz")))
-
-    def _measure(self, head, validation, entries, encode, config) -> dict:
+    def _measure(self, tower: ImageTower, validation: Features, entries, encode) -> dict:
         """Scores of the validation models, and the two calibrations fitted on them."""
-        held = [entry for entry in entries if is_validation(entry)]
-        nouns = sorted({noun(entry) for entry in held})
+        nouns = sorted({noun(entry) for entry in entries if is_validation(entry)})
         nothing = encode([NOTHING])[0]
         texts = encode([contrast(name)[0] for name in nouns])
-        pooled = pooled_regions(validation, REGIONS)
-        score = validate(head, validation, pooled, entries, dict(zip(nouns, texts - nothing)))
-        with torch.no_grad():
-            vectors = head(pooled).numpy()
+        score, vectors = validate(tower, validation, entries, dict(zip(nouns, texts - nothing)))
         truth = presence(validation, entries, nouns, REGIONS)
         known = ~np.isnan(truth)
         slope, offset = logistic((vectors @ texts.T)[known], truth[known] == 1)
         scale, _ = logistic((vectors @ (texts - nothing).T)[known], truth[known] == 1, intercept=False)
         relevance = {"slope": round(slope, 3), "offset": round(offset, 3)}
-        scores = {"scores": asdict(score), "config": asdict(config)}
+        scores = {"scores": asdict(score), "config": asdict(MEASURED)}
         return scores | {"relevance": relevance, "logit_scale": round(scale, 3)}
 
     def _pictures(self, count: int) -> list[np.ndarray]:
@@ -179,20 +201,6 @@ class Pipeline:
         maker = SceneMaker(entries, [load_sprites(self.work / "sprites", entry) for entry in entries], seed=1)
         scenes = [maker.close_up(i * 3 % len(entries)) if i % 2 else maker.view(1 + i % 5) for i in range(count)]
         return [scene.rgb for scene in scenes]
-
-    def _pack(self, head: Head, folder: Path, relevance: dict, scale: float) -> None:
-        """A whole int8 model folder."""
-        folder.mkdir(parents=True, exist_ok=True)
-        plain = self.work / "export" / "image_float.onnx"
-        image_export.round_weights(head)
-        image_export.export_float(self._tower(head), HEIGHT, WIDTH, plain)
-        pictures = (preprocess(rgb, self.image) for rgb in self._pictures(CALIBRATION))
-        image_export.quantize(plain, folder / "image.onnx", pictures)
-        image_export.export_saliency(head, HEIGHT, WIDTH, folder / "saliency.onnx")
-        self._text()
-        for name in ("text.onnx", "text.onnx.data", "tokenizer.json"):
-            shutil.copy(self.work / "text" / name, folder)
-        write_manifest(folder, self._fields(self.model.name, relevance, scale))
 
     def _float_model(self) -> Path:
         """The finished model with its image tower in float32, for comparison."""

@@ -13,13 +13,16 @@ from tools.train.words import noun
 
 CAMERA = CameraModel()
 ENLARGED = 0.45  # share of the views that are a part of a picture, as when the robot looks more closely
-CELLS = (7, 9)  # rows, columns of the presence map: the feature map's own cells
+CELLS = (14, 18)  # rows, columns of the presence map: the detail map's own cells
 
 
 @dataclass(frozen=True)
 class Scene:
-    """One picture. ``rgb`` (240, 320, 3) uint8; ``models`` (K,) index into the entries; ``presence`` (K, 7, 9) float32:
-    share of each cell's pixels that show the model; ``visible`` (K,) share of the model's own pixels left in view."""
+    """One picture.
+
+    ``rgb`` (240, 320, 3) uint8; ``models`` (K,) index into the entries; ``presence`` (K, 14, 18) float32: share of each
+    cell's pixels that show the model; ``visible`` (K,) share of the model's own pixels left in view.
+    """
 
     rgb: np.ndarray
     models: np.ndarray
@@ -67,14 +70,14 @@ class SceneMaker:
             bottom = horizon + CAMERA.focal * (CAMERA.mount_height - base) / depth
             centre = rng.uniform(0.02, 0.98) * CAMERA.width
             placed.append((model, sprite, zoom, centre - width / 2, bottom - height))
-        return self._compose(room(rng), placed, _window(rng) if rng.random() < ENLARGED else None)
+        return self._compose(room(rng), placed, enlarge=rng.random() < ENLARGED)
 
     def empty(self) -> Scene:
         """A room without anything in it."""
         return self._compose(room(self._rng), [])
 
-    def _compose(self, image: np.ndarray, placed: list, window: tuple[slice, slice] | None = None) -> Scene:
-        """``placed``: (model, sprite, zoom, left, top) from far to near; ``window`` is cut out and enlarged."""
+    def _compose(self, image: np.ndarray, placed: list, enlarge: bool = False) -> Scene:
+        """``placed``: (model, sprite, zoom, left, top) from far to near; ``enlarge`` keeps a window of the picture."""
         rng = self._rng
         owner = np.full(image.shape[:2], -1, np.int16)
         own = np.zeros(len(placed))
@@ -90,7 +93,8 @@ class SceneMaker:
             image[part] = image[part] * (1 - alpha) + np.clip(rgba[..., :3] * tint, 0, 255) * alpha
             owner[part][rgba[..., 3] > 128] = number
         rgb = _shoot(image, rng)
-        if window:
+        if enlarge:
+            window = _around(rng, owner) if rng.random() < 0.5 else _window(rng)
             rgb = cv2.resize(rgb[window], (CAMERA.width, CAMERA.height), interpolation=cv2.INTER_LINEAR)
             own *= owner.size / owner[window].size
             owner = cv2.resize(owner[window], (CAMERA.width, CAMERA.height), interpolation=cv2.INTER_NEAREST)
@@ -118,6 +122,22 @@ def _window(rng: np.random.Generator) -> tuple[slice, slice]:
     width, height = round(share * CAMERA.width), round(1.25 * share * CAMERA.height)
     left = int(rng.integers(CAMERA.width - width + 1))
     top = int((CAMERA.height - height) * rng.beta(2.5, 1.0))
+    return slice(top, top + height), slice(left, left + width)
+
+
+def _around(rng: np.random.Generator, owner: np.ndarray) -> tuple[slice, slice]:
+    """Rows and columns around one of the objects in view, with some of what is beside it: where a robot looks at."""
+    shown = np.flatnonzero(np.bincount(owner[owner >= 0], minlength=1) > 30)
+    if not len(shown):
+        return _window(rng)
+    rows, cols = np.nonzero(owner == rng.choice(shown))
+    margin = rng.uniform(1.1, 2.2)
+    height = max(np.ptp(rows) + 1, 0.75 * (np.ptp(cols) + 1), 24) * margin
+    height = int(min(height, CAMERA.height))
+    width = height * CAMERA.width // CAMERA.height
+    shift = rng.uniform(-0.15, 0.15, 2) * height
+    top = int(np.clip((rows.min() + rows.max() - height) / 2 + shift[0], 0, CAMERA.height - height))
+    left = int(np.clip((cols.min() + cols.max() - width) / 2 + shift[1], 0, CAMERA.width - width))
     return slice(top, top + height), slice(left, left + width)
 
 

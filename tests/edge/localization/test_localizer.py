@@ -90,6 +90,22 @@ def test_a_match_far_from_what_odometry_allows_is_rejected(boxes_map, scan):
     np.testing.assert_allclose(localizer.pose(np.array([0.06, 0, 0])), start + [0.06, 0, 0], atol=1e-9)
 
 
+def test_spinning_wheels_are_noticed(boxes_map, scan):
+    """The robot pushes against something: odometry goes on for 0.6 m, the robot stays."""
+    grid, _, lidar = boxes_map
+    start = np.array([2.8, 1.6, 0.0])
+    localizer = Localizer(start)
+    for i in range(1, 61):
+        odom = np.array([0.01 * i, 0.0, 0.0])
+        pose = localizer.update(odom, scan(lidar, start, odom), grid)
+        assert np.hypot(*(pose - start)[:2]) < 0.25
+    assert near(pose, start, 0.12) and not localizer.lost
+    for i in range(1, 6):
+        odom = np.array([0.6 + 0.06 * i, 0.0, 0.0])
+        pose = localizer.update(odom, scan(lidar, compose(start, [0.06 * i, 0.0, 0.0]), odom), grid)
+    assert near(pose, compose(start, [0.30, 0.0, 0.0]))
+
+
 def test_new_ground_is_not_lost(boxes_map, scan):
     _, _, lidar = boxes_map
     localizer = Localizer(config=LocalizerConfig(lost_after=2))

@@ -5,16 +5,28 @@ import pytest
 
 from edge.camera import CameraModel
 from edge.mapping.coverage import CameraCoverage
-from edge.mapping.grid import GridFrame
+from edge.mapping.occupancy import OccupancyGrid
+from edge.observation import LaserScan
 
 CAMERA = CameraModel()
-FRAME = GridFrame((-5.0, -5.0), 0.05, (200, 200))
 
 
-def viewed(depth, pose=(0.0, 0.0, 0.0)):
+def around(distance):
+    """A map from one lidar turn in the middle of a round room; of nothing where that is inf."""
+    grid = OccupancyGrid()
+    ranges = np.full(360, distance, np.float32)
+    grid.integrate_scan(np.zeros(3), LaserScan(0.0, ranges, -np.pi, 2 * np.pi / 360, 8.0, np.zeros(3)))
+    return grid
+
+
+OPEN = around(np.inf)
+FRAME = OPEN.frame
+
+
+def viewed(depth, pose=(0.0, 0.0, 0.0), grid=OPEN):
     coverage = CameraCoverage()
-    coverage.integrate(np.array(pose), np.full((240, 320), depth, np.float32), CAMERA, FRAME)
-    return lambda x, y: bool(coverage.viewed[FRAME.to_cell([x, y])])
+    coverage.integrate(np.array(pose), np.full((240, 320), depth, np.float32), CAMERA, grid)
+    return lambda x, y: bool(coverage.viewed[grid.frame.to_cell([x, y])])
 
 
 @pytest.mark.parametrize("depth", [0.0, np.nan, 5.0])
@@ -26,6 +38,12 @@ def test_open_space_is_viewed_up_to_the_range_and_not_beyond(depth):
 def test_a_wall_ends_the_view():
     at = viewed(1.5)
     assert at(1.5, 0.0) and not at(1.8, 0.0)
+
+
+@pytest.mark.parametrize("depth", [0.0, np.nan])
+def test_a_wall_too_near_for_the_sensor_ends_the_view_too(depth):
+    at = viewed(depth, grid=around(0.45))
+    assert at(0.3, 0.0) and not at(0.6, 0.0) and not at(1.5, 0.5)
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -45,15 +63,16 @@ def test_low_furniture_does_not_hide_what_rises_behind_it():
     depth = np.full((240, 320), 2.5, np.float32)
     depth[140:] = 1.0
     coverage = CameraCoverage()
-    coverage.integrate(np.zeros(3), depth, CAMERA, FRAME)
+    coverage.integrate(np.zeros(3), depth, CAMERA, OPEN)
     assert coverage.viewed[FRAME.to_cell([2.4, 0.0])]
 
 
 def test_what_was_viewed_stays_when_the_grid_grows():
-    coverage = CameraCoverage()
-    coverage.integrate(np.zeros(3), np.full((240, 320), 2.0, np.float32), CAMERA, FRAME)
-    before = int(coverage.viewed.sum())
-    larger = GridFrame((-8.2, -5.0), 0.05, (264, 264))
-    coverage.integrate(np.array([0.0, 0.0, np.pi]), np.full((240, 320), 2.0, np.float32), CAMERA, larger)
-    assert coverage.viewed[larger.to_cell([1.5, 0.0])] and coverage.viewed[larger.to_cell([-1.5, 0.0])]
+    grid, coverage = around(np.inf), CameraCoverage()
+    coverage.integrate(np.zeros(3), np.full((240, 320), 2.0, np.float32), CAMERA, grid)
+    before, small = int(coverage.viewed.sum()), grid.frame
+    grid.integrate_scan(np.array([-6.0, 6.0, 0.0]), LaserScan(0.0, np.full(360, 7.0), -np.pi, 0.017, 8.0, np.zeros(3)))
+    assert grid.frame != small
+    coverage.integrate(np.array([0.0, 0.0, np.pi]), np.full((240, 320), 2.0, np.float32), CAMERA, grid)
+    assert coverage.viewed[grid.frame.to_cell([1.5, 0.0])] and coverage.viewed[grid.frame.to_cell([-1.5, 0.0])]
     assert abs(int(coverage.viewed.sum()) - 2 * before) < 0.1 * before

@@ -30,6 +30,12 @@ def test_an_object_is_found_centred_and_near(mapped, noun):
     assert mapped.world.contacts == 0
 
 
+@pytest.mark.parametrize("noun", ["teddy bear", "dustbin"])
+def test_what_is_low_is_not_approached_until_it_leaves_the_picture(mapped, noun):
+    assert ask(mapped, noun).status == "found"
+    assert mapped.world.visible_fraction(judge(mapped.world, noun).object_id) > 0.7
+
+
 def test_an_unknown_object_is_not_in_memory_and_the_robot_stays(mapped):
     before = mapped.world.truth
     outcome = ask(mapped, "submarine")

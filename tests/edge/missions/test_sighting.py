@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from edge.camera import CameraModel
+from edge.mapping.occupancy import OccupancyGrid
 from edge.missions.sighting import sight
-from edge.observation import RgbdFrame
+from edge.observation import LaserScan, RgbdFrame
 from edge.perception.detection import Detection
 
 CAMERA = CameraModel()
@@ -22,7 +23,7 @@ class BoxDetector:
 
 def robot(depth, pose=(0.0, 0.0, 0.0)):
     frame = RgbdFrame(1.0, np.zeros((240, 320, 3), np.uint8), depth, np.array(pose))
-    return SimpleNamespace(frame=frame, camera=CAMERA, in_map=lambda odom: odom)
+    return SimpleNamespace(frame=frame, camera=CAMERA, in_map=lambda odom: odom, grid=OccupancyGrid())
 
 
 def box(u, v=120, half=10, score=0.8):
@@ -52,6 +53,15 @@ def test_what_shows_behind_the_object_does_not_move_it_away():
 def test_without_a_return_the_object_is_beyond_the_sensor(nothing):
     seen = sight(robot(np.full((240, 320), nothing, np.float32)), BoxDetector(), None, [box(160)])
     assert seen.depth == CAMERA.max_depth
+
+
+def test_too_near_for_the_sensor_the_map_tells_the_depth():
+    """Half a metre before a cupboard that fills the picture, a depth camera returns nothing."""
+    near = robot(np.zeros((240, 320), np.float32))
+    around = LaserScan(0.0, np.full(360, 0.5, np.float32), -np.pi, 2 * np.pi / 360, 8.0, np.zeros(3))
+    near.grid.integrate_scan(np.zeros(3), around)
+    seen = sight(near, BoxDetector(), None, [box(160, half=80)])
+    assert seen.depth == pytest.approx(0.5 - CAMERA.ahead, abs=0.05)
 
 
 def test_the_view_that_shows_it_best_counts():

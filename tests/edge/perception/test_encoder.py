@@ -31,7 +31,7 @@ def test_a_view_has_unit_vectors_bearings_and_features(encoder):
     view = encoder.encode_image(picture())
     assert view.vectors.shape == (4, encoder.dim) and view.vectors.dtype == np.float32
     np.testing.assert_allclose(np.linalg.norm(view.vectors, axis=1), 1, atol=1e-5)
-    assert view.features.shape == (1280, 7, 9)
+    assert [features.shape for features in view.features] == [(1280, 7, 9), (256, 14, 18)]
 
 
 def test_bearings_point_at_the_middles_of_the_thirds(encoder):
@@ -74,13 +74,15 @@ def test_the_vectors_equal_those_of_the_training_side(encoder, golden):
 
 
 def test_saliency_is_autograds(encoder, golden):
-    for features, direction, expected in zip(golden["features"], golden["directions"], golden["saliency"]):
-        view = View(np.zeros((4, encoder.dim), np.float32), np.zeros(4), features.astype(np.float32))
+    for *maps, direction, expected in zip(*(golden[name] for name in ("deep", "detail", "directions", "saliency"))):
+        maps = tuple(features.astype(np.float32) for features in maps)
+        view = View(np.zeros((4, encoder.dim), np.float32), np.zeros(4), maps)
         np.testing.assert_allclose(encoder.saliency(view, direction), expected, atol=1e-4 * expected.max(), rtol=0)
 
 
-def test_saliency_is_zero_for_a_black_feature_map(encoder):
-    view = View(np.zeros((4, encoder.dim), np.float32), np.zeros(4), np.zeros((1280, 7, 9), np.float32))
+def test_saliency_is_zero_for_black_feature_maps(encoder):
+    maps = np.zeros((1280, 7, 9), np.float32), np.zeros((256, 14, 18), np.float32)
+    view = View(np.zeros((4, encoder.dim), np.float32), np.zeros(4), maps)
     assert not encoder.saliency(view, np.ones(encoder.dim, np.float32)).any()
 
 

@@ -228,7 +228,7 @@ def test_centres_and_approaches_an_object(heading):
     assert controller.arrived
     assert depths[-1] == pytest.approx(CONFIG.centring.depth, abs=0.12)
     assert abs(errors[-1]) < 8
-    assert np.abs(errors).max() <= abs(errors[0]) + 8  # never further out of the picture than at first
+    assert np.abs(errors).max() <= abs(errors[0]) + 12  # never further out of the picture than at first
     assert np.abs(errors[len(errors) // 2 :]).max() < 15
 
 

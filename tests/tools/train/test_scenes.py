@@ -1,18 +1,13 @@
+import cv2
 import numpy as np
 import pytest
 
-from tools.assets.catalog import Entry
-from tools.train.scenes import SceneMaker
+from tools.train.scenes import CELLS, SceneMaker, _around
 from tools.train.sprites import Sprite
 
 
-def entry(name, size=(0.6, 0.6, 0.9), tags=()):
-    rotation = np.eye(3)
-    return Entry("Toy", name, name, tags, "Living room", size, None, None, rotation, False, False, "me", "CC0", "x.obj")
-
-
 @pytest.fixture
-def maker():
+def maker(entry):
     """Two models: a red and a green board, 100 px a metre."""
     sprites = []
     for colour in ((255, 0, 0), (0, 255, 0)):
@@ -26,9 +21,18 @@ def test_a_close_up_shows_its_model_where_presence_says(maker):
     scene = maker.close_up(0)
     assert scene.models.tolist() == [0] and scene.rgb.shape == (240, 320, 3)
     assert scene.visible[0] == pytest.approx(1, abs=0.05)
-    cells = scene.rgb[:238].reshape(7, 34, 320, 3)[:, :, :315].reshape(7, 34, 9, 35, 3).mean((1, 3))
+    cells = cv2.resize(scene.rgb.astype(np.float32), CELLS[::-1], interpolation=cv2.INTER_AREA)
     redness = cells[..., 0] - cells[..., 1:].mean(-1)
     assert redness[scene.presence[0] > 0.95].min() > redness[scene.presence[0] == 0].max()
+
+
+def test_a_look_is_around_a_thing():
+    rng, owner = np.random.default_rng(0), np.full((240, 320), -1)
+    owner[100:140, 50:90] = 0
+    for _ in range(40):
+        part = owner[_around(rng, owner)]
+        assert part.shape[1] == pytest.approx(part.shape[0] * 4 / 3, abs=2)
+        assert (part == 0).sum() > 0.7 * 1600 and (part == 0).mean() > 0.12
 
 
 def test_views_keep_their_own_truth(maker):
@@ -41,7 +45,7 @@ def test_views_keep_their_own_truth(maker):
 
 def test_an_empty_room_is_empty(maker):
     scene = maker.empty()
-    assert len(scene.models) == 0 and scene.presence.shape == (0, 7, 9)
+    assert len(scene.models) == 0 and scene.presence.shape == (0, *CELLS)
 
 
 def test_the_same_seed_draws_the_same_scenes(maker):
@@ -55,8 +59,8 @@ def test_an_enlarged_part_keeps_its_truth(maker, monkeypatch):
     for _ in range(40):
         scene = maker.view(1)
         if scene.presence[0].max() > 0.98 and scene.visible[0] > 0.3:
-            row, col = np.unravel_index(scene.presence[0].argmax(), (7, 9))
-            patch = scene.rgb[int((row + 0.5) * 240 / 7), int((col + 0.5) * 320 / 9)].astype(int)
+            row, col = np.unravel_index(scene.presence[0].argmax(), CELLS)
+            patch = scene.rgb[int((row + 0.5) * 240 / CELLS[0]), int((col + 0.5) * 320 / CELLS[1])].astype(int)
             assert patch[scene.models[0]] > patch[1 - scene.models[0]] + 60
             seen += 1
     assert seen > 3

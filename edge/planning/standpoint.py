@@ -1,0 +1,62 @@
+"""Where to stand to look at a place: near it, and with nothing on the map in between."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from edge.mapping.grid import GridFrame
+
+
+@dataclass(frozen=True)
+class StandpointConfig:
+    """What makes a good place to look from."""
+
+    spacing: float = 0.10  # m between the places compared
+    slack: float = 0.30  # m; where nothing is near enough, this much beyond the nearest there is
+    way_weight: float = 1.0  # per m from the robot, as the crow flies
+    whole: float = 1.5  # m; nearer, a level camera 0.88 m high loses the floor, and low things
+    whole_weight: float = 2.0  # per m nearer than that
+    own: float = 0.30  # m of what the place itself may be hidden by: half of the table it stands on
+    hidden_weight: float = 8.0  # per m more than that between the place and what stands in front of it
+
+
+CONFIG = StandpointConfig()
+
+
+def standpoint(
+    place, robot, near: float, reachable: np.ndarray, occupied: np.ndarray, frame: GridFrame, config=CONFIG
+) -> np.ndarray | None:
+    """Point ``(2,)`` [m] from which ``place (2,)`` [m] is best seen; None if no ground is ``reachable (R, C)``.
+
+    It lies within ``near`` [m] of the place, or as near as the ground comes. Of these, the one is chosen that is soon
+    reached from ``robot (2,)`` and whose line of sight over ``occupied (R, C)`` ends close to the place: objects stand
+    on what is occupied, so a line may end at the edge of the table, but not at the wall of the next room.
+    """
+    place, robot = np.asarray(place, float), np.asarray(robot, float)[:2]
+    step = max(1, round(config.spacing / frame.resolution))
+    rows, cols = np.nonzero(reachable[::step, ::step])
+    stands = frame.to_world(rows * step, cols * step)
+    away = np.hypot(*(stands - place).T)
+    close = away <= max(near, away.min(initial=np.inf) + config.slack)
+    if not close.any():
+        return None
+    stands, away = stands[close], away[close]
+    cost = (
+        config.way_weight * np.hypot(*(stands - robot).T)
+        + config.whole_weight * np.maximum(config.whole - away, 0.0)
+        + config.hidden_weight * np.maximum(away - _sight(stands, place, away, occupied, frame) - config.own, 0.0)
+    )
+    return stands[cost.argmin()]
+
+
+def _sight(stands, place, away, occupied, frame) -> np.ndarray:
+    """Length ``(N,)`` [m] of the free line from each of ``stands (N, 2)`` towards ``place (2,)``, ``away (N,)`` off."""
+    reach = float(away.max())
+    share = np.arange(0.0, reach, frame.resolution / 2) / max(reach, frame.resolution)
+    solid = cv2.dilate(occupied.view(np.uint8), np.ones((3, 3), np.uint8))  # a line that just slips by shows half of it
+    row, col = frame.to_cell(stands[:, None] + share[:, None] * (place - stands)[:, None])
+    inside = frame.contains(row, col)
+    met = np.zeros(row.shape, bool)
+    met[inside] = solid[row[inside], col[inside]]
+    return np.where(met.any(axis=1), share[met.argmax(axis=1)], 1.0) * away
