@@ -28,7 +28,7 @@ class FindObjectConfig:
     hits: int = 50  # k of [V] Sec. III-C
     hypotheses: int = 6  # viewpoints tried; [V] tries one. A right one is first for 3 in 10 names, among 6 for 6 in 10
     certain: float = 0.9  # score that needs no comparison with what the other viewpoints show
-    in_memory: float = 0.6  # score of the best hit; of objects that were seen, 99 in 100 have more
+    in_memory: float = 0.5  # score of the best hit: some view beats something else; no higher limit tells the absent
     shown: float = 0.5  # score of a place worth a claim: the target beats what else it may be
     likely: float = 0.25  # score from afar that is worth a close look, which tells far more
     closer: int = 2  # things at a viewpoint that are looked at closely

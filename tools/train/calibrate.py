@@ -1,4 +1,4 @@
-"""From cosines to probabilities, fitted on the validation models: the manifest's relevance and logit scale."""
+"""From cosines to probabilities, fitted on the validation models: the manifest's relevance."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from tools.train.features import SHOWN, Features
 from tools.train.words import names
 
 
-def logistic(x: np.ndarray, y: np.ndarray, intercept: bool = True, steps: int = 50) -> tuple[float, float]:
+def logistic(x: np.ndarray, y: np.ndarray, steps: int = 50) -> tuple[float, float]:
     """Slope and offset of P(y) = sigmoid(slope x + offset) by Newton's method, both classes given equal weight.
 
     Raises:
@@ -17,7 +17,7 @@ def logistic(x: np.ndarray, y: np.ndarray, intercept: bool = True, steps: int = 
     if y.all() or not y.any():
         raise ValueError("A calibration needs both cases: pictures with the object and pictures without it.")
     weight = np.where(y, 0.5 / y.sum(), 0.5 / (~y).sum())
-    design = np.stack([x, np.full(len(x), float(intercept))], 1)
+    design = np.stack([x, np.ones(len(x))], 1)
     theta = np.zeros(2)
     for _ in range(steps):
         p = 1 / (1 + np.exp(-design @ theta))

@@ -28,7 +28,7 @@ class TrainConfig:
     warm_up: int = 100  # steps
     decay: float = 0.05  # weight decay
     dropout: float = 0.4  # of pooled features
-    scale: float = 20.0  # logits per unit of cosine difference
+    scale: float = 20.0  # logits per unit of cosine difference, at run time too ([V] Eq. 2)
     synonym: float = 0.65  # names closer than this cosine to a named one are not denied
     pointing: float = 0.5  # weight of the dense term
     forgetting: float = 0.5  # weight of ImageNet's posterior

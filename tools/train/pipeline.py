@@ -112,7 +112,7 @@ class Pipeline:
         self._text()
         for name in ("text.onnx", "text.onnx.data", "tokenizer.json"):
             shutil.copy(self.work / "text" / name, self.model)
-        write_manifest(self.model, self._fields(self.model.name, report["relevance"], report["logit_scale"]))
+        write_manifest(self.model, self._fields(self.model.name, report["relevance"], MEASURED.scale))
         target = Path("tests/edge/perception/encoder_golden.npz")
         write_golden(tower, self._pictures(6), self.image, Encoder.load(self.model), target)
 
@@ -182,7 +182,7 @@ class Pipeline:
         )
 
     def _measure(self, tower: ImageTower, validation: Features, entries, encode) -> dict:
-        """Scores of the validation models, and the two calibrations fitted on them."""
+        """Scores of the validation models, and the calibration fitted on them."""
         nouns = sorted({noun(entry) for entry in entries if is_validation(entry)})
         nothing = encode([NOTHING])[0]
         texts = encode([contrast(name)[0] for name in nouns])
@@ -190,10 +190,8 @@ class Pipeline:
         truth = presence(validation, entries, nouns, REGIONS)
         known = ~np.isnan(truth)
         slope, offset = logistic((vectors @ texts.T)[known], truth[known] == 1)
-        scale, _ = logistic((vectors @ (texts - nothing).T)[known], truth[known] == 1, intercept=False)
         relevance = {"slope": round(slope, 3), "offset": round(offset, 3)}
-        scores = {"scores": asdict(score), "config": asdict(MEASURED)}
-        return scores | {"relevance": relevance, "logit_scale": round(scale, 3)}
+        return {"scores": asdict(score), "config": asdict(MEASURED), "relevance": relevance}
 
     def _pictures(self, count: int) -> list[np.ndarray]:
         """Scenes of the training models for int8 ranges and the golden file, the same each time."""
