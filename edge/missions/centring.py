@@ -1,12 +1,12 @@
 """Drive up to an object in view and bring it to the middle of the picture ([V] Sec. III-D, Eqs. 4-6)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from edge.missions.mission import Story
 from edge.missions.motion import route
-from edge.missions.sighting import Sighting, sight, sight_at
+from edge.missions.sighting import Sighting, sight
 from edge.observation import STOP
 from edge.perception.close_look import window_at
 from edge.perception.detection import Detection, Detector
@@ -24,28 +24,26 @@ class CentringConfig:
 
     patience: float = 2.0  # s without the object in a picture, after which it is lost
     wide: float = 0.35  # of the picture's width; what was wider is looked for in the whole picture, else in a window
-    same: float = 0.5  # m from where it was in the picture before, a thing is taken for the same
-    alike: float = 0.25  # score of that thing, below which it is taken for one that hides the object
     replan_every: float = 1.0  # s
-    standoff: float = 2.2  # m from the object's place to the nearest floor that the way there may end at
+    standoff: float = 1.5  # m from the object's place to the nearest floor that the way there may end at
     time_limit: float = 30.0  # s; a noisy box may never settle within the tolerance, and near enough is good
 
 
 CONFIG = CentringConfig()
 
 
-def centre(robot: Robot, detector: Detector, sought: Target, first: Sighting, config: CentringConfig = CONFIG) -> Story:
+def centre(
+    robot: Robot, detector: Detector, sought: Target, first: Sighting, config: CentringConfig = CONFIG
+) -> Story:
     """Approach until near and centred; the last ``Sighting``, or None when the object was lost on the way."""
     controller = Mpepc(camera=robot.camera)
     tracker = BoxTracker()
-    middle = robot.camera.centre  # the robot faces the place that ``first`` has found, maybe from elsewhere
-    last, started, planned = replace(first, stamp=robot.stamp), robot.stamp, -np.inf
+    middle = tracker.update(first.stamp, first.detection.centre)
+    last, started, planned = first, robot.stamp, -np.inf
     while not controller.arrived and robot.stamp - started < config.time_limit:
         seen = None
         if robot.frame is not None:
-            seen = sight_at(robot, detector, sought, last.position, config.same)
-            if seen is None or seen.detection.score < config.alike:
-                seen = sight(robot, detector, sought, [_view(robot, middle, last.detection, config)])
+            seen = sight(robot, detector, sought, [_view(robot, middle, last.detection, config)])
         if seen is not None:
             last = seen
         elif robot.stamp - last.stamp > config.patience:

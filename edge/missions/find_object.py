@@ -1,19 +1,18 @@
 """Find a named object in a known home: the whole of [V], Fig. 1."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
 from edge.mapping.frontiers import reachable
 from edge.missions.centring import centre
-from edge.missions.evidence import Evidence, Place
 from edge.missions.mission import Mission, Story
 from edge.missions.motion import drive, face, look_from_near
-from edge.missions.sighting import Sighting, sight, sight_things
+from edge.missions.sighting import Sighting, sight
 from edge.observation import STOP
 from edge.perception.close_look import look_closely
-from edge.perception.detection import Detector
+from edge.perception.detection import Detector, DetectorConfig
 from edge.perception.prompts import Target
 from edge.planning.local_search import LocalSearch
 from edge.planning.viewpoint import Viewpoint, rank_viewpoints
@@ -26,18 +25,13 @@ class FindObjectConfig:
     """How long and how far to look."""
 
     hits: int = 50  # k of [V] Sec. III-C
-    hypotheses: int = 6  # viewpoints tried; [V] tries one. A right one is first for 3 in 10 names, among 6 for 6 in 10
-    certain: float = 0.9  # score that needs no comparison with what the other viewpoints show
-    in_memory: float = 0.5  # score of the best hit: some view beats something else; no higher limit tells the absent
-    shown: float = 0.5  # score of a place worth a claim: the target beats what else it may be
-    likely: float = 0.25  # score from afar that is worth a close look, which tells far more
-    closer: int = 2  # things at a viewpoint that are looked at closely
+    hypotheses: int = 3  # viewpoints tried, best first; [V] tries one
+    certain: float = 0.9  # score of a sighting that needs no comparison with what the other viewpoints show
+    in_memory: float = 0.75  # score of the best hit; of objects that were seen, nine in ten have more
+    alike: float = 0.5  # of the best hit's dot product; a sighting may be weaker than the memory, but not by more
     sweep: float = np.radians(40)  # rad to either side of the remembered bearing; half a field of view
-    near: float = 1.5  # m from a thing, for a close look at it
-    stand: float = 2.2  # m from the target, where centring begins: nearer, what is beside it leaves the picture
-    pictures: int = 4  # looked at while standing still
-    things: int = 4  # looked at in one picture, a pass of the image tower each
-    last_call: float = 60.0  # s before the time limit, when the search ends and the best place is approached
+    near: float = 1.8  # m from an object, where it is looked for again before it is centred
+    pictures: int = 5  # looked at while standing still; most must show the object
     time_limit: float = 300.0  # s, [V] Sec. IV
 
 
@@ -55,7 +49,7 @@ class Outcome:
 
 
 class FindObject(Mission):
-    """Ask the memory, look at the likely things at its best viewpoints, go to the one that fits best, centre it."""
+    """Ask the memory, go to the best viewpoint, look, centre; else search nearby, then try the next hypothesis."""
 
     def __init__(self, robot, target: Target, search_unknown: bool = False, seed: int = 0, config=None):
         """``search_unknown`` goes to the best guesses even if the object does not seem to be in memory."""
@@ -65,7 +59,6 @@ class FindObject(Mission):
         self.search_unknown = search_unknown
         self.hypotheses: list[Viewpoint] = []
         self.places = np.zeros((0, 3))
-        self.evidence = Evidence()
         self.searches: list[np.ndarray] = []
         self._rng = np.random.default_rng(seed)
         self._started, self._driven = robot.stamp, robot.distance
@@ -75,58 +68,39 @@ class FindObject(Mission):
         self.hypotheses = self.recall()
         if not self.search_unknown and not self.remembered():
             return self.ended("not in memory")
-        left = self.hypotheses[: self.config.hypotheses]
-        while left and not self.certain() and not self.late():
-            hypothesis = self.next_of(left)
-            left = [other for other in left if other is not hypothesis]
-            yield from self.inspect(hypothesis)
-        for place in self.evidence.ranked(self.config.shown):
-            if (centred := (yield from self.approach(place))) is not None:
+        sightings: list[Sighting] = []
+        for hypothesis in self.hypotheses[: self.config.hypotheses]:
+            sighting = yield from self.inspect(hypothesis)
+            if sighting is not None:
+                sightings.append(sighting)
+                if self.certain(sighting):
+                    break
+        for sighting in sorted(sightings, key=lambda sighting: -sighting.detection.score):
+            if (centred := (yield from self.approach(sighting))) is not None:
                 return self.ended("found", centred)
         return self.ended("not found")
 
-    def next_of(self, hypotheses: list[Viewpoint]) -> Viewpoint:
-        """The best one first; after it the nearest, as all will be compared in the end."""
-        if len(hypotheses) == self.config.hypotheses:
-            return hypotheses[0]
-        return min(hypotheses, key=lambda hypothesis: np.hypot(*(hypothesis.pose - self.robot.pose)[:2]))
-
     def inspect(self, hypothesis: Viewpoint) -> Story:
-        """Look from a viewpoint, then closely at what is likely; where the memory is certain, else around it, too."""
+        """Look from a viewpoint; where the memory is certain of the object, and it is not there, around it, too."""
         yield from drive(self.robot, hypothesis.pose[:2], heading=hypothesis.pose[2])
-        yield from self.look()
-        likely = [place for place in self.evidence.ranked(self.config.likely) if not place.closely]
-        for place in likely[: self.config.closer]:
-            if not self.certain() and not self.late():
-                yield from self.look_closely_at(place)
-        remembered = self._scores[hypothesis.members].max() >= self.config.certain
-        if remembered and not self.evidence.ranked(self.config.shown):
-            yield from self.search_nearby(hypothesis)
+        sighting = yield from self.look()
+        if sighting is None and self._scores[hypothesis.members].max() >= self.config.certain:
+            sighting = yield from self.search_nearby(hypothesis)
+        return sighting
 
-    def look_closely_at(self, place: Place) -> Story:
-        """Go near a thing and look at it again."""
-        place.closely = True
-        yield from look_from_near(self.robot, place.nearest.position, self.config.near)
-        yield from self.stare()
-
-    def approach(self, place: Place) -> Story:
-        """Go to a place and centre the thing there; the last ``Sighting``, with the score of all, or None if lost."""
-        for position in (place.nearest.position, place.nearest.behind):
-            if position is not None:
-                yield from look_from_near(self.robot, position, self.config.stand)
-                first = replace(place.sighting, position=position)
-                centred = yield from centre(self.robot, self.detector, self.target, first)
+    def approach(self, sighting: Sighting) -> Story:
+        """Go where the object is seen well, and centre it; the last ``Sighting``, or None when it is not there."""
+        for place in (sighting.position, sighting.behind):
+            if place is not None:
+                yield from look_from_near(self.robot, place, self.config.near)
+                seen = yield from self.look()
+                centred = seen and (yield from centre(self.robot, self.detector, self.target, seen))
                 if centred is not None:
-                    return replace(centred, detection=replace(centred.detection, score=place.score))
+                    return centred
         return None
 
-    def certain(self) -> bool:
-        """Whether some place needs no comparison any more."""
-        return bool(self.evidence.ranked(self.config.certain))
-
-    def late(self) -> bool:
-        """Whether the time left is needed to approach the best place."""
-        return self.robot.stamp - self._started > self.config.time_limit - self.config.last_call
+    def certain(self, sighting: Sighting) -> bool:
+        return sighting.detection.score >= self.config.certain
 
     def recall(self) -> list[Viewpoint]:
         """Viewpoints from which the memory says that the object was seen, best first ([V] Eqs. 2 and 3)."""
@@ -135,6 +109,8 @@ class FindObject(Mission):
         self.places = robot.memory.poses(hits.ids)
         self.places[:, 2] += hits.bearings  # a region's hit looks where the region does
         self._scores = self.detector.softmax(hits.scores)
+        weakest = self.detector.softmax(self.config.alike * hits.scores.max(initial=0.0))
+        self.detector = Detector(robot.encoder, DetectorConfig(min_score=min(float(weakest), self.config.certain)))
         return rank_viewpoints(self.places, self._scores, robot.grid.occupied, robot.grid.frame, robot.camera)
 
     def remembered(self) -> bool:
@@ -142,31 +118,30 @@ class FindObject(Mission):
         return bool(self.hypotheses) and self._scores.max() > self.config.in_memory
 
     def look(self) -> Story:
-        """Look ahead, then to both sides until certain."""
-        heading = self.robot.pose[2]
+        """Look ahead, then to both sides until certain; the best ``Sighting`` that lasts, or None."""
+        heading, best = self.robot.pose[2], None
         for side in (0.0, self.config.sweep, -self.config.sweep):
             yield from face(self.robot, heading + side)
-            yield from self.stare()
-            if self.certain():
+            seen = yield from self.stare()
+            if seen is not None and (best is None or seen.detection.score > best.detection.score):
+                best = seen
+            if best is not None and self.certain(best):
                 break
+        return best
 
     def stare(self) -> Story:
-        """Stand still and look at each thing in some pictures; what depth does not show apart, in parts of them."""
-        robot, shown = self.robot, False
-        for picture in range(self.config.pictures):
+        """Stand still for some pictures and look closely; the last ``Sighting`` if most show the object, else None."""
+        robot, sightings = self.robot, []
+        for _ in range(self.config.pictures):
             yield STOP
             if robot.frame is not None:
-                first = picture * self.config.things
-                for sighting in sight_things(robot, self.detector, self.target, self.config.things, first):
-                    shown |= self.evidence.add(sighting).score >= self.config.shown
-        if not shown and robot.frame is not None:
-            views = look_closely(robot.encoder, robot.frame.rgb, hfov=robot.camera.hfov)
-            sighting = sight(robot, self.detector, self.target, views)
-            if sighting is not None:
-                self.evidence.add(sighting)
+                views = look_closely(robot.encoder, robot.frame.rgb, hfov=robot.camera.hfov)
+                sightings.append(sight(robot, self.detector, self.target, views))
+        seen = [sighting for sighting in sightings if sighting is not None]
+        return seen[-1] if len(seen) > len(sightings) / 2 else None
 
     def search_nearby(self, hypothesis: Viewpoint) -> Story:
-        """Local search around a viewpoint that did not show the object ([V] Sec. III-E)."""
+        """Local search around a viewpoint that did not show the object ([V] Sec. III-E): a ``Sighting`` or None."""
         robot, grid = self.robot, self.robot.grid
         search = LocalSearch(
             grid.occupied,
@@ -181,13 +156,13 @@ class FindObject(Mission):
         while True:
             can_reach = reachable(grid, robot.pose, robot.config.radius)
             pose = search.next_pose(robot.pose, can_reach, grid.clearance(), grid.frame, self._rng)
-            if pose is None or self.late():
-                return
+            if pose is None:
+                return None
             self.searches.append(search.probability.copy())
             yield from drive(robot, pose[:2], heading=pose[2])
-            yield from self.stare()
-            if self.evidence.ranked(self.config.shown):
-                return
+            sighting = yield from self.stare()
+            if sighting is not None:
+                return sighting
             search.observed(robot.pose)
 
     def step(self, observation):

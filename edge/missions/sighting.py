@@ -8,7 +8,6 @@ from edge.mapping.sight_line import mapped_depth
 from edge.perception.detection import Detection, Detector
 from edge.perception.encoder import View
 from edge.perception.prompts import Target
-from edge.perception.things import Thing, alone, find_things
 from edge.pose import transform
 from edge.robot import Robot
 
@@ -26,38 +25,6 @@ class Sighting:
     depth: float  # m along the optical axis
     position: np.ndarray  # (2,) m in the map
     behind: np.ndarray | None = None  # (2,) m, where it is if the nearest thing in the box only stands in front of it
-
-
-def sight_things(robot: Robot, detector: Detector, target: Target, most: int, first: int = 0) -> list[Sighting]:
-    """Up to ``most`` things in the robot's newest picture, from the ``first`` on: how much each is the target.
-
-    Each thing costs a pass of the image tower; counting on from ``first`` in the next picture, all get their turn.
-    """
-    things = find_things(robot.frame.depth, robot.camera)
-    turn = first % len(things) if things else 0
-    return [_judge(robot, detector, target, thing) for thing in (things[turn:] + things[:turn])[:most]]
-
-
-def sight_at(robot: Robot, detector: Detector, target: Target, position, within: float) -> Sighting | None:
-    """The thing of the newest picture that stands nearest to ``position`` (2,) in the map, if ``within`` [m] of it."""
-    pose = robot.in_map(robot.frame.odom)
-    things = find_things(robot.frame.depth, robot.camera)
-    if not things:
-        return None
-    away = np.hypot(*(transform(pose, np.array([thing.point[:2] for thing in things])) - position).T)
-    nearest = int(away.argmin())
-    return _judge(robot, detector, target, things[nearest]) if away[nearest] <= within else None
-
-
-def _judge(robot: Robot, detector: Detector, target: Target, thing: Thing) -> Sighting:
-    """A look at one thing alone."""
-    picture, window = alone(robot.frame.rgb, thing)
-    view = robot.encoder.encode_image(picture, robot.camera.hfov, window)
-    detection = Detection(tuple(float(edge) for edge in thing.box), detector.contrast(view.vectors[0], target))
-    pose = robot.in_map(robot.frame.odom)
-    position = transform(pose, thing.point[None, :2])[0]
-    bearing = float(robot.camera.bearing(detection.centre[0]))
-    return Sighting(robot.frame.stamp, pose, detection, bearing, thing.depth, position)
 
 
 def sight(robot: Robot, detector: Detector, target: Target, views: list[View]) -> Sighting | None:

@@ -1,4 +1,4 @@
-"""Whether a picture shows the target, and where: prompts' score, Grad-CAM, largest component ([V] Sec. III-C)."""
+"""Where in the picture the target is: two-prompt score, Grad-CAM, largest component ([V] Sec. III-C)."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from edge.perception.prompts import Target
 
 @dataclass(frozen=True)
 class Detection:
-    """``box`` (x0, y0, x1, y1) px, float, of the picture's own size; ``score`` in [0, 1], as of ``Detector.score``."""
+    """``box`` (x0, y0, x1, y1) px, float, of the picture's own size; ``score`` in [0, 1], the two-prompt score."""
 
     box: tuple[float, float, float, float]
     score: float
@@ -27,7 +27,7 @@ class Detection:
 class DetectorConfig:
     """When a target counts as seen, and how its saliency becomes a box."""
 
-    min_score: float = 0.5  # the target must beat what else it may be
+    min_score: float = 0.5  # two-prompt score: the object must beat "something else" ([V] Sec. III-C)
     level: float = 0.5  # share of the saliency's peak that belongs to the object (CoW uses 0.5 of the normalized map)
 
 
@@ -39,21 +39,11 @@ class Detector:
         self._config = config or DetectorConfig()
 
     def score(self, view: View, target: Target) -> float:
-        """The target against everyday things, in [0, 1], of the best of the view's regions: a whole hides small things.
-
-        [V] Eq. 2 with more than one thing to be instead. Measured on things that fill the picture, of 40 in a home,
-        the named one scores best in 41 % against everyday things and in 31 % against "something else".
-        """
-        return max(self.contrast(vector, target) for vector in view.vectors)
-
-    def contrast(self, vector: np.ndarray, target: Target) -> float:
-        """The softmax of the target's prompt and the mean of the others', for one ``vector`` (D,)."""
-        scale = self._encoder.logit_scale
-        others = np.log(np.mean(np.exp(scale * (target.others @ vector)))) / scale
-        return float(self.softmax(vector @ target.positive - others))
+        """[V] Eq. 2 for the best of the view's regions: a whole picture hides small things."""
+        return float(self.softmax((view.vectors @ target.direction).max()))
 
     def softmax(self, dots):
-        """[V] Eq. 2: the softmax over two prompts, from differences of a vector's dot products with them."""
+        """[V] Eq. 2: the softmax over the two prompts, from dot products of vectors with the target's direction."""
         return 1 / (1 + np.exp(-self._encoder.logit_scale * np.asarray(dots, float)))
 
     def detect(self, view: View, target: Target, image_size: tuple[int, int]) -> Detection | None:

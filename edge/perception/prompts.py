@@ -17,15 +17,6 @@ ENSEMBLE = (
     "{}",
 )
 
-# What else a thing in a home may be. A few dozen common names do: twice as many told things apart no better.
-EVERYDAY = (
-    *("table", "chair", "bed", "sofa", "lamp", "door", "window", "wall", "floor", "curtain", "carpet"),
-    *("cabinet", "shelf", "book", "television", "computer", "refrigerator", "oven", "sink", "toilet", "bathtub"),
-    *("shower", "mirror", "towel", "pillow", "plant", "vase", "picture", "clock", "toy", "bag", "box", "bottle"),
-    *("bowl", "bicycle", "piano", "guitar", "radiator", "washing machine", "trash can", "shoe", "desk", "stool"),
-    "wardrobe",
-)
-
 
 def contrast(name: str) -> tuple[str, str]:
     """The two prompts of [V] Eq. 2 for an object's ``name``.
@@ -47,23 +38,17 @@ def ensemble(name: str) -> list[str]:
 
 @dataclass(frozen=True)
 class Target:
-    """What is searched for: its ``name``, the unit vectors (D,) of the two prompts of [V] Eq. 2, and ``others`` (N, D).
-
-    ``others`` are the prompts of "something else" and of everyday things. The first alone finds the view that shows the
-    target among views of everything; which of a few things it is, is told by what else each of them looks like.
-    """
+    """What is searched for: its ``name`` and the unit vectors (D,) of the two prompts of [V] Eq. 2."""
 
     name: str
     positive: np.ndarray
     negative: np.ndarray
-    others: np.ndarray
 
     @classmethod
     def of(cls, name: str, encoder) -> "Target":
-        """Encode the prompts with ``encoder.encode_text``. Raises ValueError when the name is empty."""
-        everyday = [contrast(other)[0] for other in EVERYDAY]
-        positive, negative, *others = encoder.encode_text([*contrast(name), *everyday])
-        return cls(_clean(name), positive, negative, np.stack([negative, *others]))
+        """Encode the two prompts with ``encoder.encode_text``. Raises ValueError when the name is empty."""
+        positive, negative = encoder.encode_text(list(contrast(name)))
+        return cls(_clean(name), positive, negative)
 
     @property
     def direction(self) -> np.ndarray:

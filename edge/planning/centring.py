@@ -13,7 +13,7 @@ class CentringConfig:
 
     orient_weight: float = 12.0  # m per squared unit of e/f: 10° off the axis cost as much as 0.37 m
     zoom_weight: float = 2.0  # m per m of depth; more than the path's 1, which leads on up to the object
-    depth: float = 2.0  # m, d_thresh: nearer, low things and those beside the object leave a level camera's picture
+    depth: float = 1.5  # m, d_thresh: nearer than 1.42, a level camera 0.88 m high loses the floor, and low things
     depth_tolerance: float = 0.10  # m
     angle_tolerance: float = np.radians(2.0)  # rad off the optical axis
 

@@ -43,9 +43,9 @@ class OracleEncoder:
         return self.dim - 1 if named is None else self._nouns.index(named)
 
     def encode_image(self, rgb: np.ndarray, hfov: float = CameraModel.hfov, window=None) -> View:
-        """The true content of the world's latest picture, which ``rgb`` must be but for what the robot painted over."""
+        """The true content of the world's latest picture, which ``rgb`` must be."""
         left, top, right, bottom = window or (0, 0, rgb.shape[1], rgb.shape[0])
-        counts = self._counts(rgb, slice(top, bottom, 2), slice(left, right, 2))
+        counts = self._counts(slice(top, bottom, 2), slice(left, right, 2))
         rows = []
         for first, last in self.REGIONS:
             columns = slice(round(first * counts.shape[1]), round(last * counts.shape[1]))
@@ -55,19 +55,16 @@ class OracleEncoder:
             rows.append(np.sqrt(np.append(pixels, 0.0)) / np.sqrt(pixels.sum()))
         middle = np.array([(first + last) / 2 for first, last in self.REGIONS])
         bearings = column_bearings(left + middle * (right - left), rgb.shape[1], hfov)
-        # Noun by noun: enlarging, as a small window needs, OpenCV takes four channels at most.
-        planes = np.moveaxis(counts, 2, 0)
-        features = [cv2.resize(plane, self.CELLS[::-1], interpolation=cv2.INTER_AREA) for plane in planes]
-        return View(np.array(rows, np.float32), bearings, (np.array(features),), window)
+        features = cv2.resize(counts, self.CELLS[::-1], interpolation=cv2.INTER_AREA)
+        return View(np.array(rows, np.float32), bearings, (features.transpose(2, 0, 1),), window)
 
     def saliency(self, view: View, direction: np.ndarray) -> np.ndarray:
         """Share of each cell's pixels ``(h, w)`` that belong to what ``direction (dim,)`` names."""
         return np.tensordot(np.maximum(direction[:-1], 0), view.features[0], axes=1)
 
-    def _counts(self, rgb: np.ndarray, rows: slice, columns: slice) -> np.ndarray:
+    def _counts(self, rows: slice, columns: slice) -> np.ndarray:
         """4 for each noun's pixels among every second one of the picture's, else 0: ``(rows, columns, nouns + 1)``."""
-        kept = (rgb[rows, columns] == self._world.picture.rgb[rows, columns]).all(axis=2)
-        instances = np.where(kept, self._world.picture.instances[rows, columns], -1)
+        instances = self._world.picture.instances[rows, columns]
         nouns = [self._noun_of[thing_id] for thing_id in self._world.object_ids]
         axis = np.array([self._nouns.index(noun) for noun in nouns] + [self.dim - 2])  # -1, no object, is the last one
         return 4.0 * (axis[instances][..., None] == np.arange(self.dim - 1)).astype(np.float32)

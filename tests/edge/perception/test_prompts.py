@@ -1,7 +1,6 @@
-import numpy as np
 import pytest
 
-from edge.perception.prompts import ENSEMBLE, EVERYDAY, SOMETHING_ELSE, Target, contrast, ensemble
+from edge.perception.prompts import ENSEMBLE, contrast, ensemble
 
 
 def test_the_contrast_is_that_of_eq_2():
@@ -23,19 +22,3 @@ def test_braces_in_a_name_are_no_format():
 def test_an_empty_name_is_refused(make, name):
     with pytest.raises(ValueError, match="object's name is empty"):
         make(name)
-
-
-def test_a_target_knows_its_prompts_and_what_else_it_may_be():
-    class Rows:
-        """Encodes a prompt as its number in the order asked."""
-
-        def encode_text(self, texts):
-            self.texts = texts
-            return np.arange(len(texts), dtype=np.float32)[:, None]
-
-    encoder = Rows()
-    target = Target.of(" lamp ", encoder)
-    assert encoder.texts[:3] == ["A photo of lamp", SOMETHING_ELSE, f"A photo of {EVERYDAY[0]}"]
-    assert target.name == "lamp" and target.direction == [-1.0]
-    assert target.others[:2].tolist() == [[1.0], [2.0]] and len(target.others) == len(EVERYDAY) + 1
-    assert len(set(EVERYDAY)) == len(EVERYDAY)

@@ -60,8 +60,8 @@ def test_cost_rewards_centring_and_approaching_until_the_threshold():
 
     assert (cost([60, 30, 0], [3, 3, 3]) < 0).all()
     assert (cost([0, 30, 60], [3, 3, 3]) > 0).all()
-    assert (cost([0, 0, 0], [4, 3, 2]) < 0).all()  # Eq. 5 corrected
-    assert (cost([0, 0], [2.0, 1.7]) > 0).all()
+    assert (cost([0, 0, 0], [3, 2, 1.5]) < 0).all()  # Eq. 5 corrected
+    assert (cost([0, 0], [1.5, 1.2]) > 0).all()
     assert cost([60, 0], [2, 2]).sum() == pytest.approx(-config.orient_weight * (60 / CAMERA.focal) ** 2)
 
 
