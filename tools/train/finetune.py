@@ -77,9 +77,7 @@ def loss(tower: ImageTower, batch: Batch, vocabulary: Vocabulary, config: TrainC
     pooled = pool_windows(deep, detail, batch.windows)
     noisy = centre + functional.dropout(pooled - centre, config.dropout)
     _, concept, _ = head.branches(pooled)
-    projected = head.projection(noisy)
-    vectors = (1 - head.share) * functional.normalize(projected, dim=-1)
-    vectors = functional.normalize(vectors + head.share * functional.normalize(concept, dim=-1), dim=-1).flatten(0, 1)
+    vectors = head.fuse(head.projection(noisy), concept).flatten(0, 1)
     template = vocabulary.directions[torch.randint(len(vocabulary.directions), ())]
     named, doubtful = batch.named.flatten(0, 1), batch.doubtful.flatten(0, 1)
     truth = vocabulary.truth(named, doubtful, config.synonym)

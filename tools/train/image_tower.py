@@ -14,7 +14,7 @@ _SPLIT = 11  # first block after the middle map
 
 
 class Trunk(nn.Module):
-    """ImageNet EfficientNet-Lite0 in two parts, cut where its map is an eighteenth of the picture wide.
+    """ImageNet EfficientNet-Lite0 in two parts, cut at the last map whose cells span 16 px.
 
     H and W must be multiples of 32: then TensorFlow's asymmetric "same" padding is that of the 224 px it was made for.
     Batch norm keeps ImageNet's statistics in training, too.
@@ -94,6 +94,10 @@ class Head(nn.Module):
 
     def forward(self, pooled):
         projected, concept, _ = self.branches(pooled)
+        return self.fuse(projected, concept)
+
+    def fuse(self, projected, concept):
+        """The two branches' vectors, each at its share, as one unit vector."""
         fused = (1 - self.share) * functional.normalize(projected, dim=-1)
         return functional.normalize(fused + self.share * functional.normalize(concept, dim=-1), dim=-1)
 

@@ -49,6 +49,15 @@ def test_what_shows_behind_the_object_does_not_move_it_away():
     assert seen.depth == 1.5
 
 
+def test_what_is_much_farther_in_the_box_may_be_the_object_behind_another():
+    depth = np.full((240, 320), 4.0, np.float32)
+    depth[100:140, 155:165] = 1.5
+    seen = sight(robot(depth), BoxDetector(), None, [box(CAMERA.centre[0], half=20)])
+    assert seen.behind == pytest.approx([CAMERA.ahead + 4.0, 0.0])
+    depth[depth == 4.0] = 1.8  # one thing's own depth
+    assert sight(robot(depth), BoxDetector(), None, [box(160, half=20)]).behind is None
+
+
 @pytest.mark.parametrize("nothing", [0.0, np.nan])
 def test_without_a_return_the_object_is_beyond_the_sensor(nothing):
     seen = sight(robot(np.full((240, 320), nothing, np.float32)), BoxDetector(), None, [box(160)])
