@@ -2,13 +2,14 @@
 
 import hashlib
 import json
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 DEFAULT = "lite0-minilm"
-_HOME = Path(__file__).parent
+SHIPPED = Path(__file__).parent
 
 
 class ModelError(RuntimeError):
@@ -22,6 +23,11 @@ class File:
     name: str
     sha256: str
     size: int  # bytes
+
+    def __post_init__(self):
+        # Manifests come over the network, too: no name may lead out of the model's folder.
+        if not self.name or self.name.startswith(".") or "/" in self.name or "\\" in self.name:
+            raise ValueError(f"{self.name!r} is not the plain name of a file")
 
 
 @dataclass(frozen=True)
@@ -44,6 +50,7 @@ class Text:
     graph: str
     tokenizer: str  # a ``tokenizers`` JSON file
     context_length: int  # tokens; longer prompts are cut
+    pad_id: int | None = None  # fills prompts up to the context length, for towers that know no other; None: no filling
 
 
 @dataclass(frozen=True)
@@ -73,6 +80,9 @@ class Manifest:
     text: Text
     relevance: Relevance
     files: tuple[File, ...]
+    source: str = ""  # where the weights come from
+    licence: str = ""  # of the weights
+    measured: dict[str, float] = field(default_factory=dict)  # what was measured when the model was made
 
     @classmethod
     def load(cls, folder: Path) -> "Manifest":
@@ -87,7 +97,7 @@ class Manifest:
         except FileNotFoundError:
             raise ModelError(f"There is no model in {folder}: it has no manifest.json. Known: {_known()}.") from None
         except (OSError, ValueError) as error:
-            raise ModelError(f"{path} cannot be read ({error}); restore it, e.g. git checkout -- {path}") from None
+            raise ModelError(f"{path} cannot be read ({error}); {_remedy(path)}") from None
         try:
             return cls._parse(Path(folder), raw)
         except (KeyError, TypeError, ValueError) as error:
@@ -110,6 +120,9 @@ class Manifest:
             text=Text(**raw["text"]),
             relevance=Relevance(**raw["relevance"]),
             files=files,
+            source=str(raw.get("source", "")),
+            licence=str(raw.get("licence", "")),
+            measured=dict(raw.get("measured", {})),
         )
 
     def verify(self) -> None:
@@ -121,30 +134,48 @@ class Manifest:
         for file in self.files:
             path = self.folder / file.name
             if not path.is_file():
-                raise ModelError(f"{path} is missing; restore the folder, e.g. git checkout -- {self.folder}")
-            if path.stat().st_size != file.size or _sha256(path) != file.sha256:
-                raise ModelError(
-                    f"{path} is damaged (its size or sha256 is not the manifest's); "
-                    f"restore it, e.g. git checkout -- {path}"
-                )
+                raise ModelError(f"{path} is missing; {_remedy(self.folder)}")
+            if path.stat().st_size != file.size or sha256(path) != file.sha256:
+                raise ModelError(f"{path} is damaged (its size or sha256 is not the manifest's); {_remedy(path)}")
+
+
+def user_folder() -> Path:
+    """Where the user's own models are: ``$VLPG_MODELS``, or ``~/.local/share/vlpg/models``."""
+    return Path(os.environ.get("VLPG_MODELS") or Path.home() / ".local" / "share" / "vlpg" / "models")
+
+
+def folders() -> dict[str, Path]:
+    """Every model at hand, by name: the shipped ones, then the user's. A shipped name cannot be taken."""
+    found = {}
+    for home in (SHIPPED, user_folder()):
+        for path in sorted(home.glob("[!.]*/manifest.json")):
+            found.setdefault(path.parent.name, path.parent)
+    return found
 
 
 def resolve(name: str | Path = DEFAULT) -> Path:
-    """Folder of a model: a path to a folder, or the name of one beside this file.
+    """Folder of a model: the name of a shipped one or of one of the user's, or a path to a folder.
 
     Raises:
         ModelError: neither exists; the message lists the names that do.
     """
-    for folder in (_HOME / name, Path(name)):
-        if (folder / "manifest.json").is_file():
-            return folder
+    folder = folders().get(str(name), Path(name))
+    if (folder / "manifest.json").is_file():
+        return folder
     raise ModelError(f"There is no model named {name}. Known: {_known()}; or give a folder with a manifest.json.")
 
 
-def _known() -> str:
-    return ", ".join(sorted(path.parent.name for path in _HOME.glob("*/manifest.json"))) or "none"
-
-
-def _sha256(path: Path) -> str:
+def sha256(path: Path) -> str:
+    """Of a file, hexadecimal."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _known() -> str:
+    return ", ".join(folders()) or "none"
+
+
+def _remedy(path: Path) -> str:
+    if path.is_relative_to(SHIPPED):
+        return f"restore it, e.g. git checkout -- {path}"
+    return "restore it, or remove the model and import or pull it again"

@@ -195,13 +195,59 @@ def reindex(
 
 @models_app.command("list")
 def models_list() -> None:
-    """Name, size and digest of each model."""
+    """Name, size and digest of each model, shipped or your own."""
     from models.manifest import ModelError
 
     with _explained(ModelError):
         for manifest in _manifests(None):
             size = sum(file.size for file in manifest.files) / 1e6
-            typer.echo(f"{manifest.name:20} {size:6.1f} MB  {manifest.dim}-d  sha256 {manifest.digest[:12]}")
+            line = f"{manifest.name:20} {size:6.1f} MB  {manifest.dim}-d  sha256 {manifest.digest[:12]}"
+            typer.echo(f"{line}  {manifest.source}".rstrip())
+
+
+@models_app.command("import")
+def models_import(
+    source: Annotated[str, typer.Argument(metavar="SOURCE", help="see above")],
+    name: Annotated[str, typer.Option(help="what to call it here")],
+    checkpoint: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="weights for an OpenCLIP architecture")
+    ] = None,
+) -> None:
+    """Make a model of your own out of another framework's.
+
+    SOURCE is an OpenCLIP architecture with its weights, as ViT-B-32@laion2b_s34b_b79k or as ViT-B-32 with --checkpoint
+    FILE; a folder in Hugging Face's or OpenCLIP's form or with a pair of ONNX graphs; or such a folder on a hub, as
+    ORGANISATION/NAME or ORGANISATION/NAME@REVISION. HF_ENDPOINT, HF_TOKEN and HF_HUB_OFFLINE are heeded. Takes minutes,
+    and the extra `import`.
+    """
+    from models.manifest import ModelError
+    from tools.models.command import import_model
+
+    with _explained(ModelError, OSError):
+        import_model(source, name, checkpoint)
+
+
+@models_app.command("pull")
+def models_pull(
+    source: Annotated[str, typer.Argument(help="http(s) address of a model folder, or a hub's ORGANISATION/NAME")],
+    name: Annotated[str | None, typer.Option(help="what to call it here; default: as its manifest does")] = None,
+) -> None:
+    """Fetch a finished model; one that was interrupted goes on where it was."""
+    from models.manifest import ModelError
+    from tools.models.command import pull_model
+
+    with _explained(ModelError, OSError):
+        pull_model(source, name)
+
+
+@models_app.command("remove")
+def models_remove(name: Annotated[str, typer.Argument(help="one of your own models")]) -> None:
+    """Delete one of your own models."""
+    from models.manifest import ModelError
+    from tools.models.shelf import remove
+
+    with _explained(ModelError, OSError):
+        typer.echo(f"{remove(name)} is deleted")
 
 
 @models_app.command("verify")
@@ -216,12 +262,9 @@ def models_verify(name: Annotated[str | None, typer.Argument(help="a model's nam
 
 
 def _manifests(name: str | None):
-    import models
-    from models.manifest import Manifest, resolve
+    from models.manifest import Manifest, folders, resolve
 
-    if name is not None:
-        return [Manifest.load(resolve(name))]
-    return [Manifest.load(path.parent) for path in sorted(Path(models.__file__).parent.glob("*/manifest.json"))]
+    return [Manifest.load(folder) for folder in (folders().values() if name is None else [resolve(name)])]
 
 
 if __name__ == "__main__":

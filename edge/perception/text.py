@@ -18,8 +18,11 @@ class TextTower:
 
         self._tokenizer = Tokenizer.from_file(str(manifest.folder / manifest.text.tokenizer))
         self._tokenizer.no_padding()
+        if manifest.text.pad_id is not None:
+            self._tokenizer.enable_padding(length=manifest.text.context_length, pad_id=manifest.text.pad_id)
         self._tokenizer.enable_truncation(manifest.text.context_length)
         self._session = open_session(manifest.folder / manifest.text.graph, threads)
+        self._inputs = [graph_input.name for graph_input in self._session.get_inputs()]  # some need no mask
         self._dim = manifest.dim
         self._known: OrderedDict[str, np.ndarray] = OrderedDict()
 
@@ -32,8 +35,9 @@ class TextTower:
         if text not in self._known:
             # A lone surrogate (half an emoji) is valid in a Python string but has no UTF-8 form.
             encoding = self._tokenizer.encode(text.encode("utf-8", "replace").decode("utf-8"))
-            ids = np.array([encoding.ids], np.int64)
-            self._known[text] = self._session.run(None, {"input_ids": ids, "attention_mask": np.ones_like(ids)})[0][0]
+            tokens = {"input_ids": encoding.ids, "attention_mask": encoding.attention_mask}
+            feeds = {name: np.array([tokens[name]], np.int64) for name in self._inputs}
+            self._known[text] = self._session.run(None, feeds)[0][0]
             if len(self._known) > self.REMEMBERED:
                 self._known.popitem(last=False)
         self._known.move_to_end(text)
