@@ -201,7 +201,7 @@ def models_list() -> None:
     with _explained(ModelError):
         for manifest in _manifests(None):
             size = sum(file.size for file in manifest.files) / 1e6
-            line = f"{manifest.name:20} {size:6.1f} MB  {manifest.dim}-d  sha256 {manifest.digest[:12]}"
+            line = f"{manifest.folder.name:20} {size:6.1f} MB  {manifest.dim}-d  sha256 {manifest.digest[:12]}"
             typer.echo(f"{line}  {manifest.source}".rstrip())
 
 

@@ -3,7 +3,7 @@ import shutil
 
 import pytest
 
-from models.manifest import Manifest, ModelError, resolve
+from models.manifest import SHIPPED, Manifest, ModelError, folders, resolve, user_folder
 
 
 @pytest.fixture
@@ -75,6 +75,43 @@ def test_a_broken_manifest_is_one_sentence(tmp_path, content):
 def test_a_folder_without_manifest(tmp_path):
     with pytest.raises(ModelError, match="no model in"):
         Manifest.load(tmp_path)
+
+
+def test_what_is_optional(folder):
+    manifest = Manifest.load(folder)
+    assert manifest.text.pad_id is None and manifest.source == manifest.licence == "" and manifest.measured == {}
+    text = {"graph": "text.onnx", "tokenizer": "tokenizer.json", "context_length": 64, "pad_id": 1}
+    edit(folder, text=text, source="a hub", licence="MIT", measured={"image_ms": 3.5})
+    manifest = Manifest.load(folder)
+    assert manifest.text.pad_id == 1 and manifest.source == "a hub" and manifest.licence == "MIT"
+    assert manifest.measured == {"image_ms": 3.5}
+
+
+@pytest.mark.parametrize("name", ["../x", "/x", "a/b", "a\\b", ".x", ""])
+def test_a_file_lies_in_the_folder(folder, name):
+    edit(folder, files=[{"name": name, "sha256": "0" * 64, "size": 1}])
+    with pytest.raises(ModelError, match="plain name"):
+        Manifest.load(folder)
+
+
+def test_the_users_models_are_found_by_name(folder, tmp_path, monkeypatch):
+    monkeypatch.setenv("VLPG_MODELS", str(tmp_path / "shelf"))
+    assert list(folders()) == ["lite0-minilm"]
+    for name in ("mine", "lite0-minilm", ".hidden"):
+        (tmp_path / "shelf" / name).mkdir(parents=True)
+        shutil.copy(folder / "manifest.json", tmp_path / "shelf" / name)
+    assert folders() == {"lite0-minilm": SHIPPED / "lite0-minilm", "mine": tmp_path / "shelf" / "mine"}
+    assert resolve("mine") == tmp_path / "shelf" / "mine"
+    with pytest.raises(ModelError, match="Known: lite0-minilm, mine;"):
+        resolve("yours")
+
+
+def test_where_the_users_models_are(monkeypatch):
+    monkeypatch.setenv("HOME", "/home/me")
+    monkeypatch.delenv("VLPG_MODELS", raising=False)
+    assert str(user_folder()) == "/home/me/.local/share/vlpg/models"
+    monkeypatch.setenv("VLPG_MODELS", "/data/models")
+    assert str(user_folder()) == "/data/models"
 
 
 def test_relevance_is_a_rising_probability():

@@ -16,8 +16,9 @@ from tools.demo.processes import free_port
 VLPG = [sys.executable, "-m", "tools.cli"]
 
 
-def vlpg(*arguments, cwd=None):
-    return subprocess.run([*VLPG, *arguments], capture_output=True, text=True, cwd=cwd, timeout=60)
+def vlpg(*arguments, cwd=None, **environment):
+    environment = os.environ | {name: str(value) for name, value in environment.items()}
+    return subprocess.run([*VLPG, *arguments], capture_output=True, text=True, cwd=cwd, timeout=60, env=environment)
 
 
 def complains(done, *words, code=2):
@@ -149,6 +150,52 @@ def test_a_damaged_model(tmp_path):
 
 def test_an_unknown_model():
     assert complains(vlpg("models", "verify", "gpt"), "gpt", "lite0-minilm")
+
+
+def test_a_model_of_the_users_own(tmp_path):
+    shelf = tmp_path / "shelf"
+    shutil.copytree(Path(models.__file__).parent / "lite0-minilm", shelf / "mine")
+    listed = vlpg("models", "list", VLPG_MODELS=shelf).stdout
+    assert "lite0-minilm" in listed and "mine" in listed
+    assert vlpg("models", "verify", "mine", VLPG_MODELS=shelf).returncode == 0
+    assert complains(vlpg("models", "remove", "lite0-minilm", VLPG_MODELS=shelf), "shipped")
+    assert vlpg("models", "remove", "mine", VLPG_MODELS=shelf).returncode == 0
+    assert list(shelf.iterdir()) == []
+    assert complains(vlpg("models", "remove", "mine", VLPG_MODELS=shelf), "no model named mine")
+
+
+def test_a_model_is_pulled_from_a_hub(tmp_path):
+    place = tmp_path / "hub" / "me" / "small" / "resolve" / "main"
+    shutil.copytree(Path(models.__file__).parent / "lite0-minilm", place)
+    port, shelf = free_port(), tmp_path / "shelf"
+    serving = [sys.executable, "-m", "http.server", str(port), "--bind", "127.0.0.1", "--directory", tmp_path / "hub"]
+    where = {"HF_ENDPOINT": f"http://127.0.0.1:{port}", "HF_HUB_OFFLINE": 0, "no_proxy": "127.0.0.1"}
+    where["VLPG_MODELS"] = shelf
+    with subprocess.Popen(serving, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as server:
+        try:
+            deadline = time.monotonic() + 30
+            while not _listens(port):
+                assert time.monotonic() < deadline, "the hub does not listen"
+                time.sleep(0.05)
+            done = vlpg("models", "pull", "me/small", "--name", "mine", **where)
+            assert done.returncode == 0 and done.stdout.startswith("mine: 34.2 MB in "), done.stderr
+            assert done.stderr == ""
+            assert complains(vlpg("models", "pull", "me/nothing", **where), "no vlpg model at")
+        finally:
+            server.terminate()
+    assert vlpg("models", "verify", "mine", **where).returncode == 0
+    assert complains(vlpg("models", "pull", "me/other", **where), "cannot be reached", "HF_ENDPOINT")
+    assert complains(vlpg("models", "pull", "me/other", **where | {"HF_HUB_OFFLINE": 1}), "HF_HUB_OFFLINE is set")
+    assert [path.name for path in shelf.iterdir()] == ["mine"]
+
+
+def test_an_import_that_cannot_be(tmp_path):
+    shelf = {"VLPG_MODELS": tmp_path / "shelf"}
+    assert complains(vlpg("models", "import", "./nothing", "--name", "mine", **shelf), "no folder ./nothing")
+    assert complains(vlpg("models", "import", str(tmp_path), "--name", "mine", **shelf), "nothing to import")
+    assert complains(vlpg("models", "import", str(tmp_path), "--name", "a/b", **shelf), "no name for a model")
+    assert complains(vlpg("models", "import", str(tmp_path), "--name", "lite0-minilm", **shelf), "shipped")
+    assert not (tmp_path / "shelf").exists()
 
 
 def test_a_store_of_another_encoder(tmp_path):

@@ -4,19 +4,15 @@ import json
 
 # CLIP's words: specials, English clitics, letters, single digits, runs of anything else but spaces.
 _WORDS = r"{start}|{end}|'s|'t|'re|'ve|'m|'ll|'d|[\p{{L}}]+|[\p{{N}}]|[^\s\p{{L}}\p{{N}}]+"
-# What ftfy, which OpenCLIP runs first, does to quotes and ligatures. Its repair of wrongly decoded text and of HTML
-# entities is left out: prompts are typed, not scraped.
-_REPAIRS = {
-    "[‘’‚‛ʼ]": "'",
-    "[“”„‟]": '"',
-    "ﬀ": "ff",
-    "ﬁ": "fi",
-    "ﬂ": "fl",
-    "ﬃ": "ffi",
-    "ﬄ": "ffl",
-    "ﬅ": "ſt",
-    "ﬆ": "st",
-}
+# What ftfy, which OpenCLIP runs first, does to ligatures, wide letters and curly quotes. Its repair of wrongly decoded
+# text and of HTML entities is left out: prompts are typed, not scraped.
+_LIGATURES = {
+    "Ĳ": "IJ", "ĳ": "ij", "ŉ": "'n", "Ǆ": "DŽ", "ǅ": "Dž", "ǆ": "dž", "Ǉ": "LJ", "ǈ": "Lj", "ǉ": "lj", "Ǌ": "NJ",
+    "ǋ": "Nj", "ǌ": "nj", "Ǳ": "DZ", "ǲ": "Dz", "ǳ": "dz", "ﬀ": "ff", "ﬁ": "fi", "ﬂ": "fl", "ﬃ": "ffi", "ﬄ": "ffl",
+    "ﬅ": "ſt", "ﬆ": "st",
+}  # fmt: skip
+_WIDE = {chr(0xFEE0 + code): chr(code) for code in range(0x21, 0x7F)}
+_QUOTES = {quote: "'" for quote in "‘’‚‛ʼ"} | {quote: '"' for quote in "“”„‟"}
 
 
 def tokenizer_json(encoder: dict[str, int], merges: list[tuple[str, str]], start: str, end: str) -> str:
@@ -27,7 +23,7 @@ def tokenizer_json(encoder: dict[str, int], merges: list[tuple[str, str]], start
     from tokenizers import Regex, Tokenizer, models, normalizers, pre_tokenizers, processors
 
     tokenizer = Tokenizer(models.BPE(encoder, merges, unk_token=end, end_of_word_suffix="</w>"))
-    repairs = [normalizers.Replace(Regex(pattern), plain) for pattern, plain in _REPAIRS.items()]
+    repairs = [normalizers.Replace(odd, plain) for odd, plain in (_LIGATURES | _WIDE | _QUOTES).items()]
     spaces = normalizers.Replace(Regex(r"\s+"), " ")
     tokenizer.normalizer = normalizers.Sequence([normalizers.NFC(), *repairs, spaces, normalizers.Lowercase()])
     words = Regex(_WORDS.format(start=start.replace("|", r"\|"), end=end.replace("|", r"\|")))

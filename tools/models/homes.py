@@ -18,8 +18,8 @@ def pictures(seeds: range, count: int) -> list[np.ndarray]:
     return [shot.rgb for seed in seeds for shot in shoot(seed, each)[1]][:count]
 
 
-def fit_relevance(encoder: Encoder, seeds: range = RELEVANCE, views: int = VIEWS) -> dict[str, float]:
-    """Slope and offset from cosine to relevance: does a view truly show a thing of that name?
+def fit_relevance(encoder: Encoder, seeds: range, views: int) -> dict[str, float]:
+    """Slope and offset from cosine to relevance: does a view truly show a thing of that name? ``views`` a home.
 
     Things that are in view, but too small or too hidden to count as shown, are left out.
     """
@@ -39,7 +39,12 @@ def fit_relevance(encoder: Encoder, seeds: range = RELEVANCE, views: int = VIEWS
 
 
 def scaled_logistic(cosines: np.ndarray, truths: np.ndarray) -> dict[str, float]:
-    """``logistic`` on standardized cosines: those of some pairs, SigLIP's say, keep within a few hundredths."""
+    """``logistic`` on standardized cosines: those of some pairs, SigLIP's say, keep within a few hundredths.
+
+    Where higher cosines do not go with what is shown, as with untrained weights, every relevance is one half.
+    """
     mean, spread = cosines.mean(), max(cosines.std(), 1e-6)
     slope, offset = logistic((cosines - mean) / spread, truths)
+    if slope <= 0:
+        return {"slope": 0.0, "offset": 0.0}
     return {"slope": round(slope / spread, 4), "offset": round(offset - slope * mean / spread, 4)}

@@ -11,6 +11,7 @@ from torch.nn import functional
 from models.manifest import ModelError
 from tools.models.export import export_graph, export_text
 from tools.models.grad_cam import export_saliency
+from tools.models.loading import loading
 from tools.models.pair import CLIP_MEAN, CLIP_STD, IMAGE, SALIENCY, TEXT, TOKENIZER, Pair
 from tools.models.tower import Tower
 
@@ -29,21 +30,19 @@ def from_folder(folder: Path, source: str, licence: str) -> Pair:
     """
     import transformers
 
-    config = json.loads((folder / "config.json").read_text())
+    with loading(source):
+        config = json.loads((folder / "config.json").read_text())
     kind = config.get("model_type")
     if kind not in KINDS:
         raise ModelError(f"{source} is a {kind} model; of Hugging Face's, vlpg imports {', '.join(KINDS)}.")
     name = {"clip": "CLIPModel", "siglip": "SiglipModel", "blip": "BlipForImageTextRetrieval"}[kind]
     if kind == "blip" and name not in config.get("architectures", []):
         raise ModelError(f"{source} has no vectors for both pictures and words; take a BLIP for retrieval (itm).")
-    try:
+    with loading(source):
         options = {"local_files_only": True}
         model = getattr(transformers, name).from_pretrained(folder, attn_implementation="eager", **options)
         tokenizer = transformers.AutoTokenizer.from_pretrained(folder, **options)
-    except (OSError, ValueError, RuntimeError, ImportError, KeyError, TypeError) as error:
-        first = (str(error).strip().splitlines() or [type(error).__name__])[0]
-        raise ModelError(f"{source} cannot be loaded: {first}") from None
-    return _pair(model.eval().requires_grad_(False).float(), tokenizer, kind, folder, source, licence)
+        return _pair(model.eval().requires_grad_(False).float(), tokenizer, kind, folder, source, licence)
 
 
 def _pair(model: nn.Module, tokenizer, kind: str, folder: Path, source: str, licence: str) -> Pair:

@@ -48,7 +48,7 @@ def import_pair(pair: Pair, name: str, report: Report = lambda line: None) -> Ma
         fields = _fields(pair, name, image, work) | {"measured": _measured(versions, error)}
         write_manifest(folder, fields)
         report("calibrating and measuring in simulated homes")
-        fields["relevance"] = homes.fit_relevance(Encoder.load(folder))
+        fields["relevance"] = homes.fit_relevance(Encoder.load(folder), homes.RELEVANCE, homes.VIEWS)
         write_manifest(folder, fields)
         fields["measured"] |= {"homes": len(MEASURED)} | evaluate_homes(Encoder.load(folder), MEASURED)
         write_manifest(folder, fields)
@@ -101,5 +101,5 @@ def _measured(versions: dict[str, Version], error: float) -> dict[str, float]:
     figures = {"export_error": float(f"{error:.1e}")}
     for title, version in versions.items():
         figures[f"{title}_cosine"] = round(version.cosine, 4)
-        figures[f"{title}_ms"] = round(version.milliseconds, 1)
+        figures[f"{title}_ms"] = float(f"{version.milliseconds:.3g}")
     return figures

@@ -1,7 +1,6 @@
 """Pairs from OpenCLIP: its named architectures with its own weights or a checkpoint, and its folders."""
 
 import copy
-import json
 from pathlib import Path
 
 import torch
@@ -13,6 +12,7 @@ from tools.models.attention import write_out_attention
 from tools.models.clip_tokenizer import from_open_clip
 from tools.models.export import export_graph, export_text
 from tools.models.grad_cam import export_saliency
+from tools.models.loading import loading
 from tools.models.pair import IMAGE, SALIENCY, TEXT, TOKENIZER, Pair
 from tools.models.tower import Tower
 
@@ -39,8 +39,9 @@ def named(name: str, tag: str | None, checkpoint: Path | None) -> Pair:
     quick = bool(checkpoint is None and open_clip.get_pretrained_cfg(name, tag).get("quick_gelu"))
     source = f"OpenCLIP {name}" + (f"@{tag}" if checkpoint is None else f", checkpoint {checkpoint.name}")
     weights = str(checkpoint) if checkpoint else tag
-    model = _load(source, lambda: open_clip.create_model(name, weights, force_quick_gelu=quick, pretrained_image=False))
-    return _pair(model, _load(source, lambda: open_clip.get_tokenizer(name)), source, "")
+    with loading(source):
+        model = open_clip.create_model(name, weights, force_quick_gelu=quick, pretrained_image=False)
+        return _pair(model, open_clip.get_tokenizer(name), source, "")
 
 
 def from_folder(folder: Path, source: str, licence: str) -> Pair:
@@ -52,16 +53,9 @@ def from_folder(folder: Path, source: str, licence: str) -> Pair:
     import open_clip
 
     place = f"local-dir:{folder}"
-    model = _load(source, lambda: open_clip.create_model(place, require_pretrained=True))
-    return _pair(model, _load(source, lambda: open_clip.get_tokenizer(place)), source, licence)
-
-
-def _load(source: str, make):
-    try:
-        return make()
-    except (RuntimeError, OSError, ValueError, KeyError, TypeError, EOFError, ImportError) as error:
-        first = (str(error).strip().splitlines() or [type(error).__name__])[0]
-        raise ModelError(f"{source} cannot be loaded: {first}") from None
+    with loading(source):
+        model = open_clip.create_model(place, require_pretrained=True)
+        return _pair(model, open_clip.get_tokenizer(place), source, licence)
 
 
 def _pair(model: nn.Module, tokenizer, source: str, licence: str) -> Pair:
@@ -182,8 +176,3 @@ def _tokenizer_json(tokenizer) -> str:
         return tokenizer.tokenizer.backend_tokenizer.to_str()
     except AttributeError:
         raise ModelError(f"{type(tokenizer).__name__} has no form that the robot's tokenizer reads.") from None
-
-
-def read_config(folder: Path) -> dict:
-    """``open_clip_config.json``."""
-    return json.loads((folder / "open_clip_config.json").read_text())
