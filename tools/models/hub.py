@@ -8,8 +8,10 @@ from pathlib import Path
 from models.manifest import ModelError
 
 _ID = re.compile(r"(?P<name>\w[\w.-]*/\w[\w.-]*)(@(?P<revision>[\w./-]+))?", re.ASCII)
-# What an import reads; weights in the formats of other frameworks stay there.
-_WANTED = ["*.json", "*.txt", "*.model", "*.safetensors", "*.bin", "*.pt", "*.onnx", "*.onnx_data", "README.md"]
+# What an import reads: descriptions, and the first of these kinds of weights that is there. Many repositories have the
+# same weights for several frameworks.
+_DESCRIPTIONS = ["*.json", "*.txt", "*.model", "README.md"]
+_WEIGHTS = "open_clip_*.safetensors", "open_clip_*.bin", "model*.safetensors", "pytorch_model*.bin", "*.onnx*"
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,14 @@ class Repository:
         except ImportError:
             raise ModelError("Reading from a hub needs huggingface-hub: pip install 'vlpg-edge[tools]'.") from None
         try:
-            return Path(snapshot_download(self.name, revision=self.revision, allow_patterns=_WANTED))
+            # The environment is passed on, as huggingface_hub reads it only once, when it is imported.
+            environment = {"endpoint": endpoint(), "token": token(), "local_files_only": offline()}
+            for kind in _WEIGHTS:
+                wanted = [*_DESCRIPTIONS, kind]
+                folder = Path(snapshot_download(self.name, revision=self.revision, allow_patterns=wanted, **environment))
+                if any(folder.glob(kind)):
+                    break
+            return folder
         except LocalEntryNotFoundError:
             self.check_online()
             raise ModelError(
@@ -58,7 +67,7 @@ class Repository:
             raise ModelError(
                 f"The hub {endpoint()} does not give {self} ({status}); check the name, or set HF_TOKEN if private."
             ) from None
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError, KeyError) as error:  # the last two from a server that is no hub
             raise ModelError(f"{self} cannot be fetched from {endpoint()}: {_first_line(error)}") from None
 
     def __str__(self) -> str:
