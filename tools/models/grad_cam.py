@@ -33,7 +33,9 @@ def trace(tower: Tower) -> GraphModule:
     inputs = torch.ones(tower.dim), *(torch.ones(shape) for shape in tower.shapes)
     run = torch.func.functionalize(lambda *tensors: grad_cam(tower, *tensors), remove="mutations")
     with sdpa_kernel(SDPBackend.MATH):  # the fused kernels' backward passes are no elementary operations
-        graph = make_fx(run, decomposition_table=core_aten_decompositions())(*inputs)
+        steps = core_aten_decompositions()
+        steps[aten.convolution_backward.default] = _convolution_backward
+        graph = make_fx(run, decomposition_table=steps)(*inputs)
     for node in graph.graph.nodes:
         if node.target is aten._softmax.default:  # which the exporter does not know
             node.target, node.args = aten.softmax.int, node.args[:2]
@@ -46,6 +48,21 @@ def export_saliency(tower: Tower, path: Path) -> None:
     """Write the graph from ``direction`` (D,) and the tower's maps, by their names, to ``map`` (h, w)."""
     inputs = torch.zeros(tower.dim), *(torch.zeros(shape) for shape in tower.shapes)
     export_graph(_Called(trace(tower)), inputs, path, ["direction", *tower.names], ["map"])
+
+
+def _convolution_backward(
+    gradient, features, weight, bias, stride, padding, dilation, transposed, output_padding, groups, wanted
+):
+    """The gradient with respect to a two-dimensional convolution's input, the only one that a frozen tower has."""
+    if transposed or any(wanted[1:]):
+        raise NotImplementedError
+    missing = [
+        features.shape[i + 2]
+        - ((gradient.shape[i + 2] - 1) * stride[i] - 2 * padding[i] + dilation[i] * (weight.shape[i + 2] - 1) + 1)
+        for i in range(2)
+    ]
+    found = torch.conv_transpose2d(gradient, weight, None, stride, padding, missing, groups, dilation)
+    return found, None, None
 
 
 class _Called(nn.Module):

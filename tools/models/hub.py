@@ -51,8 +51,8 @@ class Repository:
             # The environment is passed on, as huggingface_hub reads it only once, when it is imported.
             environment = {"endpoint": endpoint(), "token": token(), "local_files_only": offline()}
             for kind in _WEIGHTS:
-                wanted = [*_DESCRIPTIONS, kind]
-                folder = Path(snapshot_download(self.name, revision=self.revision, allow_patterns=wanted, **environment))
+                wanted = {"revision": self.revision, "allow_patterns": [*_DESCRIPTIONS, kind]}
+                folder = Path(snapshot_download(self.name, **wanted, **environment))
                 if any(folder.glob(kind)):
                     break
             return folder

@@ -49,7 +49,7 @@ def _pair(model: nn.Module, tokenizer, kind: str, folder: Path, source: str, lic
     towers = _Blip(model) if kind == "blip" else _Clip(model)
     vision, words = model.config.vision_config, model.config.text_config
     size = vision.image_size
-    mean, std = _normalization(folder, kind)
+    mean, std = normalization(folder, kind)
     fixed = kind == "siglip"
     context = min(words.max_position_embeddings, tokenizer.model_max_length)
 
@@ -137,7 +137,7 @@ class _CausalText(nn.Module):
         return functional.normalize(self.model.text_projection(text.final_layer_norm(x)[:, -1]), dim=-1)
 
 
-def _normalization(folder: Path, kind: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def normalization(folder: Path, kind: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Mean and standard deviation of the pixels, from the folder or as is usual for its kind."""
     settings = {}
     for name in ("processor_config.json", "preprocessor_config.json"):

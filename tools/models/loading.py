@@ -4,13 +4,14 @@ import pickle
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from google.protobuf.message import DecodeError
 from safetensors import SafetensorError
 
 from models.manifest import ModelError
 
 _MISTAKES = (
     RuntimeError, OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, ImportError,
-    pickle.UnpicklingError, SafetensorError,
+    pickle.UnpicklingError, SafetensorError, DecodeError,
 )  # fmt: skip
 
 

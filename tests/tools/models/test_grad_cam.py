@@ -40,6 +40,13 @@ def pooled_cnn():
     return visual, visual.head, 64
 
 
+def cnn_with_a_late_convolution():
+    import timm
+
+    visual = timm.create_model("mobilenetv3_small_050", num_classes=24)
+    return visual, visual.global_pool, 96
+
+
 def siglip():
     import timm
 
@@ -65,6 +72,7 @@ KINDS = {
     open_clip_vit: [(1, 48, 4, 4), (1, 48, 1, 1)],
     open_clip_resnet: [(1, 256, 3, 3)],
     pooled_cnn: [(1, 768, 2, 2)],
+    cnn_with_a_late_convolution: [(1, 288, 3, 3)],
     siglip: [(1, 48, 4, 4)],
     vit_with_registers: [(1, 48, 4, 4), (1, 48, 1, 5)],
 }
