@@ -102,10 +102,10 @@ class Encoder:
     def saliency(self, view: View, direction: np.ndarray) -> np.ndarray:
         """Grad-CAM ``(h, w)`` float32 >= 0 of the view's whole-picture vector dotted with ``direction`` (D,).
 
-        Closed form, without autograd (Selvaraju et al. 2017, used as in [V] Sec. III-C): after average pooling the
-        gradient is the same in every cell, so the map is ``ReLU(F . J(m)^T d)`` with m the pooled feature and J the
-        Jacobian of the head there. The model's own saliency graph evaluates it, since J depends on the head, from the
-        maps that its image graph gives beside the vectors.
+        Without autograd (Selvaraju et al. 2017, used as in [V] Sec. III-C): the model's own saliency graph evaluates it
+        from the maps that its image graph gives beside the vectors. The shipped model's is a closed form: after average
+        pooling the gradient is the same in every cell, so the map is ``ReLU(F . J(m)^T d)`` with m the pooled feature
+        and J the Jacobian of the head there. An imported model's is the traced backward pass of what follows its maps.
         """
         if self._saliency is None:
             graph = self._manifest.folder / self._manifest.image.saliency

@@ -17,25 +17,20 @@ def import_model(source: str, name: str, checkpoint: Path | None) -> None:
     """Import and say step by step what is done. Raises ModelError or OSError."""
     check_new(name)  # before minutes of work
     # The frameworks' own chatter; what matters is said here, in a sentence.
-    os.environ.setdefault("TRANSFORMERS_VERBOSITY", "error")
+    os.environ |= {"TRANSFORMERS_VERBOSITY": "error", "TQDM_DISABLE": "1"}
     logging.disable(logging.WARNING)
     warnings.simplefilter("ignore")
     console = Console(stderr=True, highlight=False)
     from tools.models.source import open_source
 
-    with console.status("loading") as status:
-        pair = open_source(source, checkpoint)
-        try:
-            from tools.models.importing import import_pair
-        except ModuleNotFoundError as error:
-            raise ModelError(f"Importing needs {error.name}: pip install 'vlpg-edge[import]'.") from None
-
-        def report(line):
-            console.print(line)
-            status.update("working")
-
-        console.print(f"{pair.source}: {pair.kind}, {pair.height} x {pair.width} px")
-        _summary(import_pair(pair, name, report))
+    console.print(f"loading {source}")
+    pair = open_source(source, checkpoint)
+    try:
+        from tools.models.importing import import_pair
+    except ModuleNotFoundError as error:
+        raise ModelError(f"Importing needs {error.name}: pip install 'vlpg-edge[import]'.") from None
+    console.print(f"{pair.kind}, {pair.height} x {pair.width} px")
+    _summary(import_pair(pair, name, console.print))
 
 
 def pull_model(source: str, name: str | None) -> None:

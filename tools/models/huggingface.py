@@ -13,6 +13,7 @@ from tools.models.export import export_graph, export_text
 from tools.models.grad_cam import export_saliency
 from tools.models.loading import loading
 from tools.models.pair import CLIP_MEAN, CLIP_STD, IMAGE, SALIENCY, TEXT, TOKENIZER, Pair
+from tools.models.siglip_tokenizer import from_sentencepiece
 from tools.models.tower import Tower
 
 KINDS = ("clip", "siglip", "blip")
@@ -152,17 +153,19 @@ def _tokenizer_json(tokenizer, folder: Path, source: str) -> str:
     """The robot's tokenizer file, checked against the framework's own tokenizer on a few prompts."""
     from tokenizers import Tokenizer
 
-    ready = folder / "tokenizer.json"
+    ready, pieces = folder / "tokenizer.json", folder / "spiece.model"
     if getattr(tokenizer, "backend_tokenizer", None) is not None:
         text = copy.deepcopy(tokenizer.backend_tokenizer).to_str()
     elif ready.is_file():
         text = ready.read_text()
+    elif pieces.is_file():
+        text = from_sentencepiece(pieces)
     else:
-        raise ModelError(f"{source} has no tokenizer.json, the only form of a tokenizer that the robot reads.")
+        raise ModelError(f"{source} has neither tokenizer.json nor spiece.model, by which the robot could read words.")
     ours = Tokenizer.from_str(text)
     ours.no_padding()
     ours.no_truncation()
     for probe in _PROBES:
         if ours.encode(probe).ids != list(tokenizer(probe).input_ids):
-            raise ModelError(f"The tokenizer.json of {source} reads {probe!r} differently from its own tokenizer.")
+            raise ModelError(f"The tokenizer of {source} cannot be converted: it reads {probe!r} differently then.")
     return ours.to_str()

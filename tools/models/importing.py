@@ -11,6 +11,7 @@ from edge.perception.encoder import Encoder
 from edge.perception.preprocess import preprocess
 from models.manifest import Image, Manifest, resolve
 from tools.models import card, homes, quantization
+from tools.models.loading import loading
 from tools.models.pair import IMAGE, SALIENCY, TEXT, TOKENIZER, Pair
 from tools.models.parity import PROMPTS, Truth
 from tools.models.quantization import Version
@@ -34,7 +35,8 @@ def import_pair(pair: Pair, name: str, report: Report = lambda line: None) -> Ma
     with new_model(name) as folder, TemporaryDirectory() as scratch:
         work = Path(scratch)
         report("exporting both towers and Grad-CAM")
-        pair.export(work)
+        with loading(pair.source, "exported"):
+            pair.export(work)
         # Whole pictures only: what is small is looked at by a pass of its own.
         image = Image(IMAGE, SALIENCY, pair.height, pair.width, pair.mean, pair.std, ((0.0, 1.0),))
         truth = Truth(pair, [preprocess(rgb, image) for rgb in homes.pictures(homes.PARITY, PARITY)], work)

@@ -5,10 +5,10 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-from models.manifest import Manifest, ModelError, user_folder
+from models.manifest import Manifest, ModelError
 from tools.models import hub
 from tools.models.download import Missing, download, read
-from tools.models.shelf import check_new, put
+from tools.models.shelf import check_new, pulling, put
 
 CARD = "MODEL_CARD.md"
 
@@ -35,7 +35,7 @@ def pull(source: str, name: str | None = None, progress: Progress = lambda file,
     fields = _fields(content, url)
     name = name or str(fields.get("name"))
     check_new(name)
-    folder = user_folder() / f".{name}.part"
+    folder = pulling(name)
     folder.mkdir(parents=True, exist_ok=True)
     manifest = _write_manifest(folder, fields | {"name": name}, url)
     for file in manifest.files:

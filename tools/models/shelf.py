@@ -52,8 +52,13 @@ def put(folder: Path, name: str) -> Path:
     return folder.rename(user_folder() / name)
 
 
+def pulling(name: str) -> Path:
+    """Where a pull of ``name`` collects its files; what is there outlives an interruption."""
+    return user_folder() / f".{name}.part"
+
+
 def remove(name: str) -> Path:
-    """Delete one of the user's models; returns where it was.
+    """Delete one of the user's models, or what an interrupted pull of it has left; returns where it was.
 
     Raises:
         ModelError: it is shipped, or not there.
@@ -64,6 +69,10 @@ def remove(name: str) -> Path:
         doomed = mine[name].rename(mine[name].with_name(f".{name}-removed"))
         shutil.rmtree(doomed)
         return mine[name]
+    begun = pulling(name)
+    if _PLAIN.fullmatch(name) and begun.is_dir():
+        shutil.rmtree(begun)
+        return begun
     if name in folders():
         raise ModelError(f"{name} is shipped with vlpg and stays; only models of your own can be removed.")
     raise ModelError(f"You have no model named {name} in {user_folder()}. Yours: {', '.join(mine) or 'none'}.")

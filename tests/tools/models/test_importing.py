@@ -106,6 +106,15 @@ def test_graphs_that_say_something_else_are_refused(pair, shelf):
     assert "mine" not in folders() and list(shelf.iterdir()) == []
 
 
+def test_a_tower_that_cannot_be_exported(pair, shelf):
+    def export(folder):
+        export_graph(nn.CTCLoss(), (torch.zeros(5, 1, 3),) * 2, folder / IMAGE, ["image"], ["vectors"])
+
+    with pytest.raises(ModelError, match="a toy cannot be exported: "):
+        importing.import_pair(Pair(**(vars(pair) | {"export": export})), "mine")
+    assert list(shelf.iterdir()) == []
+
+
 def test_a_tower_that_int8_spoils_stays_in_float32(pair, shelf, monkeypatch):
     monkeypatch.setattr(importing.quantization, "LEAST", 1.1)
     importing.import_pair(pair, "mine")

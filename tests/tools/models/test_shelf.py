@@ -62,6 +62,12 @@ def test_only_names_are_removed(shelf, name):
     assert (shelf / "mine").is_dir()
 
 
+def test_removing_what_an_interrupted_pull_has_left(shelf):
+    (shelf / ".mine.part").mkdir(parents=True)
+    assert remove("mine") == shelf / ".mine.part"
+    assert list(shelf.iterdir()) == []
+
+
 def test_the_shipped_model_stays(shelf):
     with pytest.raises(ModelError, match="shipped"):
         remove("lite0-minilm")
