@@ -17,19 +17,18 @@ def import_model(source: str, name: str, checkpoint: Path | None) -> None:
     """Import and say step by step what is done. Raises ModelError or OSError."""
     check_new(name)  # before minutes of work
     # The frameworks' own chatter; what matters is said here, in a sentence.
-    os.environ |= {"TRANSFORMERS_VERBOSITY": "error", "TQDM_DISABLE": "1"}
+    os.environ.setdefault("TRANSFORMERS_VERBOSITY", "error")
     logging.disable(logging.WARNING)
     warnings.simplefilter("ignore")
     console = Console(stderr=True, highlight=False)
     from tools.models.source import open_source
 
-    console.print(f"loading {source}")
     pair = open_source(source, checkpoint)
     try:
         from tools.models.importing import import_pair
     except ModuleNotFoundError as error:
         raise ModelError(f"Importing needs {error.name}: pip install 'vlpg-edge[import]'.") from None
-    console.print(f"{pair.kind}, {pair.height} x {pair.width} px")
+    console.print(f"{pair.source}: {pair.kind}, {pair.height} x {pair.width} px")
     _summary(import_pair(pair, name, console.print))
 
 

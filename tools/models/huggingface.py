@@ -31,6 +31,7 @@ def from_folder(folder: Path, source: str, licence: str) -> Pair:
     """
     import transformers
 
+    transformers.utils.logging.disable_progress_bar()
     with loading(source):
         config = json.loads((folder / "config.json").read_text())
     kind = config.get("model_type")

@@ -1,6 +1,7 @@
 """What the user names, found: an OpenCLIP model, a folder, or a hub's repository; and who can read it."""
 
 import re
+from importlib.util import find_spec
 from pathlib import Path
 
 from models.manifest import ModelError
@@ -32,6 +33,8 @@ def open_source(source: str, checkpoint: Path | None = None) -> Pair:
         if folder.is_dir():
             return _in_folder(folder, folder.resolve().name)
         if repository is not None:
+            if find_spec("torch") is None:  # to be known before a download
+                raise ModuleNotFoundError(name="torch")
             return _in_folder(repository.snapshot(), str(repository))
         from tools.models import openclip
 

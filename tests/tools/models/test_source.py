@@ -1,3 +1,5 @@
+from importlib.util import find_spec
+
 import pytest
 
 from models.manifest import ModelError
@@ -45,4 +47,12 @@ def test_a_checkpoint_for_a_folder(tmp_path):
 @pytest.mark.parametrize("source", ["./nothing", "/nowhere/at/all", "~/nothing-of-that-name", "../nothing"])
 def test_a_folder_that_is_not_there(source):
     with pytest.raises(ModelError, match="There is no folder"):
+        open_source(source)
+
+
+@pytest.mark.skipif(find_spec("torch") is not None, reason="the import extra is installed")
+@pytest.mark.parametrize("source", ["ViT-B-32@openai", "openai/clip-vit-base-patch32"])
+def test_without_the_extra_it_is_named(source, monkeypatch):
+    monkeypatch.setenv("HF_ENDPOINT", "http://127.0.0.1:1")
+    with pytest.raises(ModelError, match=r"pip install 'vlpg-edge\[import\]'"):
         open_source(source)
