@@ -23,8 +23,8 @@ Imported with `vlpg models import`. sha256 of all files together: `{digest}`.
 |---|---|---|---|---|
 {rows}
 
-Milliseconds on the importing machine, one thread. Cosine of the towers' vectors to the source framework's, over
-{pictures} views of simulated homes and {prompts} prompts. A version whose cosine is below {least}, or that is much
+Milliseconds of one thread's time on the importing machine. Cosine of the towers' vectors to the source framework's,
+over {pictures} views of simulated homes and {prompts} prompts. A version whose cosine is below {least}, or that is much
 slower than float32, is not taken. The float32 graphs differ from the source framework by at most {export:.1e} in any
 component.
 
