@@ -11,7 +11,10 @@ _ID = re.compile(r"(?P<name>\w[\w.-]*/\w[\w.-]*)(@(?P<revision>[\w./-]+))?", re.
 # What an import reads: descriptions, and the first of these kinds of weights that is there. Many repositories have the
 # same weights for several frameworks.
 _DESCRIPTIONS = ["*.json", "*.txt", "*.model", "README.md"]
-_WEIGHTS = "open_clip_*.safetensors", "open_clip_*.bin", "model*.safetensors", "pytorch_model*.bin", "*.onnx*"
+_WEIGHTS = (
+    ["open_clip_*.safetensors"], ["open_clip_*.bin"], ["model*.safetensors"], ["pytorch_model*.bin"],
+    [f"*{name}.onnx*" for name in ("image", "vision_model", "visual", "text", "text_model", "textual")],
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -51,9 +54,9 @@ class Repository:
             # The environment is passed on, as huggingface_hub reads it only once, when it is imported.
             environment = {"endpoint": endpoint(), "token": token(), "local_files_only": offline()}
             for kind in _WEIGHTS:
-                wanted = {"revision": self.revision, "allow_patterns": [*_DESCRIPTIONS, kind]}
+                wanted = {"revision": self.revision, "allow_patterns": [*_DESCRIPTIONS, *kind]}
                 folder = Path(snapshot_download(self.name, **wanted, **environment))
-                if any(folder.glob(kind)):
+                if any(folder.glob(kind[0])):
                     break
             return folder
         except LocalEntryNotFoundError:

@@ -4,6 +4,7 @@ import copy
 from pathlib import Path
 
 import torch
+from tokenizers import Regex, Tokenizer, normalizers
 from torch import nn
 from torch.nn import functional
 
@@ -14,6 +15,7 @@ from tools.models.export import export_graph, export_text
 from tools.models.grad_cam import export_saliency
 from tools.models.loading import loading
 from tools.models.pair import IMAGE, SALIENCY, TEXT, TOKENIZER, Pair
+from tools.models.siglip_tokenizer import canonical
 from tools.models.tower import Tower
 
 
@@ -172,7 +174,13 @@ def _tokenizer_json(tokenizer) -> str:
 
     if isinstance(tokenizer, open_clip.SimpleTokenizer):
         return from_open_clip(tokenizer)
-    try:
-        return tokenizer.tokenizer.backend_tokenizer.to_str()
-    except AttributeError:
-        raise ModelError(f"{type(tokenizer).__name__} has no form that the robot's tokenizer reads.") from None
+    inner = getattr(getattr(tokenizer, "tokenizer", None), "backend_tokenizer", None)
+    if inner is None:
+        raise ModelError(f"{type(tokenizer).__name__} has no form that the robot's tokenizer reads.")
+    ours = Tokenizer.from_str(inner.to_str())
+    steps = {
+        "_clean_canonicalize": [normalizers.Replace("_", " "), *canonical()],
+        "_clean_lower": [normalizers.Replace(Regex(r"\s+"), " "), normalizers.Strip(), normalizers.Lowercase()],
+    }.get(tokenizer.clean_fn.__name__, [normalizers.Replace(Regex(r"\s+"), " "), normalizers.Strip()])
+    ours.normalizer = normalizers.Sequence(steps + ([ours.normalizer] if ours.normalizer else []))
+    return ours.to_str()

@@ -19,11 +19,7 @@ def from_sentencepiece(model: Path, end: str = "</s>") -> str:
     proto.ParseFromString(model.read_bytes())
     vocabulary = [(piece.piece, piece.score) for piece in proto.pieces]
     tokenizer = Tokenizer(models.Unigram(vocabulary, proto.trainer_spec.unk_id, byte_fallback=False))
-    punctuation = "".join(f"\\{mark}" for mark in string.punctuation)
-    steps = [
-        normalizers.Lowercase(), normalizers.Replace(Regex(f"[{punctuation}]"), ""),
-        normalizers.Replace(Regex(r"\s+"), " "), normalizers.Strip(),
-    ]  # fmt: skip
+    steps = canonical()
     if proto.normalizer_spec.precompiled_charsmap:
         steps.append(normalizers.Precompiled(proto.normalizer_spec.precompiled_charsmap))
     tokenizer.normalizer = normalizers.Sequence(steps)
@@ -32,3 +28,12 @@ def from_sentencepiece(model: Path, end: str = "</s>") -> str:
     tokenizer.post_processor = processors.TemplateProcessing(single=f"$A {end}", special_tokens=[(end, number)])
     tokenizer.add_special_tokens([end])
     return tokenizer.to_str()
+
+
+def canonical() -> list[normalizers.Normalizer]:
+    """Lower case, without punctuation, single spaces: how SigLIP's training wrote its texts."""
+    punctuation = "".join(f"\\{mark}" for mark in string.punctuation)
+    return [
+        normalizers.Lowercase(), normalizers.Replace(Regex(f"[{punctuation}]"), ""),
+        normalizers.Replace(Regex(r"\s+"), " "), normalizers.Strip(),
+    ]  # fmt: skip

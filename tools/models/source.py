@@ -52,7 +52,8 @@ def _in_folder(folder: Path, source: str) -> Pair:
         from tools.models import openclip
 
         return openclip.from_folder(folder, source, licence)
-    if any(folder.glob("*.onnx")) or any(folder.glob("onnx/*.onnx")):
+    weights = any(any(folder.glob(kind)) for kind in ("*.safetensors", "*.bin"))
+    if not weights and (any(folder.glob("*.onnx")) or any(folder.glob("onnx/*.onnx"))):
         from tools.models import onnx_pair
 
         return onnx_pair.from_folder(folder, source, licence)

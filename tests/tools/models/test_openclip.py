@@ -108,6 +108,34 @@ def test_a_folder_as_open_clip_puts_it_on_a_hub(tmp_path):
     assert pair.mean == (0.1, 0.2, 0.3) and pair.std == (0.4, 0.5, 0.6) and pair.licence == "mit"
 
 
+@pytest.mark.parametrize("clean", ["canonicalize", "lower", "whitespace"])
+def test_a_tokenizer_of_hugging_faces(clean, tmp_path):
+    transformers = pytest.importorskip("transformers")
+    from tokenizers import models, pre_tokenizers, processors
+
+    known = {word for prompt in PROMPTS for word in prompt.lower().replace(",", "").split()}
+    words = ["<pad>", "</s>", "<unk>", *sorted(known)]
+    inner = Tokenizer(models.WordLevel({word: i for i, word in enumerate(words)}, "<unk>"))
+    inner.pre_tokenizer = pre_tokenizers.WhitespaceSplit()
+    inner.post_processor = processors.TemplateProcessing(single="$A </s>", special_tokens=[("</s>", 1)])
+    specials = {"pad_token": "<pad>", "eos_token": "</s>", "unk_token": "<unk>"}
+    transformers.PreTrainedTokenizerFast(tokenizer_object=inner, **specials).save_pretrained(tmp_path)
+    text = TEXT_TOWER | {"no_causal_mask": True, "pool_type": "last", "proj_bias": True, "vocab_size": len(words)}
+    text |= {"hf_tokenizer_name": "someone/else", "tokenizer_kwargs": {"clean": clean}, "context_length": 24}
+    config = {"embed_dim": 24, "text_cfg": text, "custom_text": True} | CONFIGS["toy-vit"]
+    (tmp_path / "open_clip_config.json").write_text(json.dumps({"model_cfg": config, "preprocess_cfg": {}}))
+    (tmp_path / "toy-hf.json").write_text(json.dumps(config))
+    open_clip.add_model_config(tmp_path / "toy-hf.json")
+    torch.save(open_clip.create_model("toy-hf").state_dict(), tmp_path / "open_clip_pytorch_model.bin")
+    pair = open_source(str(tmp_path))
+    assert pair.pad_id == 0
+    (tmp_path / "out").mkdir()
+    pair.export(tmp_path / "out")
+    tower = open_session(tmp_path / "out" / TEXT)
+    for prompt, ids in zip(PROMPTS, token_ids(pair, tmp_path / "out" / TOKENIZER)):
+        np.testing.assert_allclose(tower.run(None, {"input_ids": ids})[0][0], pair.read(prompt), atol=1e-5)
+
+
 def test_weights_must_be_stated(tmp_path):
     with pytest.raises(ModelError, match="RN50@TAG with one of openai, yfcc15m, cc12m, or --checkpoint"):
         open_source("RN50")
