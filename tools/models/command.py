@@ -20,7 +20,7 @@ def import_model(source: str, name: str, checkpoint: Path | None) -> None:
     os.environ.setdefault("TRANSFORMERS_VERBOSITY", "error")
     logging.disable(logging.WARNING)
     warnings.simplefilter("ignore")
-    console = Console(stderr=True, highlight=False)
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
     from tools.models.source import open_source
 
     pair = open_source(source, checkpoint)
@@ -34,7 +34,7 @@ def import_model(source: str, name: str, checkpoint: Path | None) -> None:
 
 def pull_model(source: str, name: str | None) -> None:
     """Pull with a progress bar. Raises ModelError or OSError."""
-    console = Console(stderr=True, highlight=False)
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
     columns = TextColumn("{task.description}"), BarColumn(bar_width=30), DownloadColumn(), TransferSpeedColumn()
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
         tasks = {}
