@@ -27,12 +27,11 @@ def export_graph(module: nn.Module, arguments, path: Path, inputs: list[str], ou
 
 
 def export_text(text: nn.Module, ids: torch.Tensor, path: Path, fixed: bool) -> None:
-    """``input_ids`` (1, T) int64, and ``attention_mask`` if ``text`` takes one, to ``embedding`` (1, D).
+    """``input_ids`` (1, T) int64 to ``embedding`` (1, D).
 
     T varies unless it is ``fixed`` to that of ``ids``.
     """
-    length = None if fixed else {0: "one", 1: "length"}
-    dynamic = {"input_ids": length} if length else None
+    dynamic = None if fixed else {"input_ids": {1: "length"}}
     export_graph(text, (ids,), path, ["input_ids"], ["embedding"], dynamic)
 
 
