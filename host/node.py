@@ -1,4 +1,4 @@
-"""The host process: serves `host/embed_text` and `host/search` over zenoh."""
+"""The host process: serves `host/embed_text`, `host/search` and `host/optimize` over zenoh."""
 
 import argparse
 import logging
@@ -6,7 +6,7 @@ import uuid
 
 from edge.link.alive import declare_alive
 from edge.link.exchange import Inbox, ask
-from edge.link.requests import EmbedText, GraphReply, Search
+from edge.link.requests import EmbedText, GraphReply, Optimize, Search
 from edge.link.session import LinkError, add_link_arguments, link_config, open_session
 from edge.process import stop_event
 from host.service import HostService
@@ -26,6 +26,7 @@ class Node:
         self._inbox = Inbox(session)
         self._inbox.on("host/embed_text", EmbedText, lambda request, exchange: self.service.embed_text(request))
         self._inbox.on("host/search", Search, lambda request, exchange: self.service.search(request))
+        self._inbox.on("host/optimize", Optimize, lambda request, exchange: self.service.optimize(request))
         self._alive = declare_alive(session, f"host/alive/{identity}")
 
     def run(self, stop):
