@@ -22,6 +22,7 @@ class Plan:
     methods: tuple[str, ...]
     encoder: str  # "shipped" or "oracle"
     objects: int | None  # so many of those that the tour had in view, drawn by lot; None: every object of the home
+    disturbances: tuple[str, ...]  # each question is asked once with each; "" leaves everything as it is
     search: bool  # VLPG-Nav looks even for what does not seem to be in its memory
     seed: int  # of every source of noise
 
@@ -42,11 +43,12 @@ def run_home(home: str, plan: Plan) -> HomeResult:
     cv2.setNumThreads(1)  # a fork does not carry OpenCV's threads along
     tour = map_home(home, plan.encoder, plan.seed)
     episodes = [
-        in_child(ask, tour, method, noun, plan.search, plan.seed)
+        in_child(ask, tour, method, noun, disturbance, plan.search, plan.seed)
         for noun in chosen(tour, plan)
+        for disturbance in plan.disturbances
         for method in plan.methods
     ]
-    return HomeResult(tour.world.house.name, tour.mapped, episodes)
+    return HomeResult(tour.world.house.name, tour.mapped, [episode for episode in episodes if episode is not None])
 
 
 def chosen(tour: Tour, plan: Plan) -> list[str]:

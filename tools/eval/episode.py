@@ -8,6 +8,7 @@ import numpy as np
 from edge.perception.prompts import Target
 from edge.pose import between, compose
 from firmware_sim.world import World
+from tools.eval.disturbance import Impossible, disturb
 from tools.eval.judge import judge
 from tools.eval.methods import mission_for
 from tools.eval.tour import Tour, names_in_view, run
@@ -20,6 +21,7 @@ class Episode:
     home: str
     method: str
     noun: str
+    disturbance: str  # what happened to the home or the robot after the tour; "" when nothing did
     toured: bool  # the mapping tour had the object in view
     status: str  # what the robot says
     success: bool  # what is true: it says found, and the object is in view
@@ -34,8 +36,13 @@ class Episode:
     pose_error: float  # m, of the robot's own pose at the end
 
 
-def ask(tour: Tour, method: str, noun: str, search: bool, seed: int) -> Episode:
-    """Let ``method`` look for ``noun``; judged where the robot comes to rest."""
+def ask(tour: Tour, method: str, noun: str, disturbance: str, search: bool, seed: int) -> Episode | None:
+    """Let ``method`` look for ``noun``; judged where the robot comes to rest. None if it cannot be so disturbed."""
+    if disturbance:
+        try:
+            disturb(disturbance, tour, noun, seed)
+        except Impossible:
+            return None
     world, contacts, met = tour.world, tour.world.contacts, set()
     mission = mission_for(method, tour, Target.of(noun, tour.robot.encoder), search, seed)
     if mission.robot is tour.robot:
@@ -50,6 +57,7 @@ def ask(tour: Tour, method: str, noun: str, search: bool, seed: int) -> Episode:
         home=world.house.name,
         method=method,
         noun=noun,
+        disturbance=disturbance,
         toured=noun in tour.in_view,
         status=outcome.status,
         success=success,

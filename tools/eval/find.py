@@ -10,8 +10,9 @@ from pathlib import Path
 from firmware_sim.home import GENERATED
 from firmware_sim.house import HOMES, HouseError
 from tools.eval.campaign import HomeResult, Plan, run_homes
+from tools.eval.disturbance import DISTURBANCES
 from tools.eval.methods import METHODS
-from tools.eval.table import show, write_csv
+from tools.eval.table import name_of, show, write_csv
 
 
 def homes_named(text: str) -> list[str]:
@@ -38,7 +39,7 @@ def show_home(result: HomeResult) -> str:
     lines = [f"\n{result.home}: {result.mapped}"]
     for e in result.episodes:
         lines.append(
-            f"  {e.noun:24} {e.method:20} {'ok' if e.success else '--'} {e.status:13} {e.cause:26}"
+            f"  {e.noun:24} {name_of(e):30} {'ok' if e.success else '--'} {e.status:13} {e.cause:26}"
             f" {e.duration:6.1f} s {e.distance:5.1f} m {e.pose_error:5.2f} m off"
         )
     return "\n".join(lines)
@@ -57,6 +58,12 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument(
         "--objects", type=int, metavar="N", help="ask for N things a home that its tour had in view (default: for all)"
     )
+    parser.add_argument(
+        "--disturb",
+        default="",
+        metavar="D,…",
+        help=f"also ask after all, or some, of these happened: {', '.join(DISTURBANCES)}",
+    )
     parser.add_argument("--search", action="store_true", help="look even for what does not seem to be in memory")
     parser.add_argument("--seed", type=int, default=0, help="of every source of noise")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="homes at a time (default: one a core)")
@@ -69,10 +76,15 @@ def main(arguments: list[str] | None = None) -> None:
     unknown = set(methods) - set(METHODS)
     if unknown:
         parser.error(f"there is no method {sorted(unknown)[0]}; there are {', '.join(METHODS)}")
+    disturbances = tuple(DISTURBANCES) if options.disturb == "all" else tuple(filter(None, options.disturb.split(",")))
+    unknown = set(disturbances) - set(DISTURBANCES)
+    if unknown:
+        parser.error(f"there is no disturbance {sorted(unknown)[0]}; there are {', '.join(DISTURBANCES)}")
     if options.objects is not None and options.objects < 1 or options.jobs < 1:
         parser.error("--objects and --jobs must be at least 1")
     try:
-        results = _run(homes_named(options.homes), options, methods)
+        plan = Plan(methods, options.encoder, options.objects, ("", *disturbances), options.search, options.seed)
+        results = _run(homes_named(options.homes), plan, options)
     except HouseError as error:
         parser.exit(2, f"vlpg eval find: {error}\n")
     except KeyboardInterrupt:
@@ -90,11 +102,10 @@ def main(arguments: list[str] | None = None) -> None:
         draw(episodes, options.picture)
 
 
-def _run(homes: list[str], options, methods) -> list[HomeResult]:
+def _run(homes: list[str], plan: Plan, options) -> list[HomeResult]:
     from rich.console import Console
     from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 
-    plan = Plan(methods, options.encoder, options.objects, options.search, options.seed)
     results = []
     columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(file=sys.stderr)) as progress:

@@ -35,7 +35,7 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One method over all its episodes. Errors are means over the successful ones, as nothing else was centred."""
+    """One method under one disturbance. Errors are means over the successful episodes, as nothing else was centred."""
 
     method: str
     episodes: int
@@ -50,11 +50,16 @@ class Row:
 
 
 def rows(episodes: list[Episode]) -> list[Row]:
-    """A row for each method, in the order of their first episode."""
-    by_method: dict[str, list[Episode]] = {}
+    """A row for each method and disturbance, in the order of their first episode."""
+    groups: dict[str, list[Episode]] = {}
     for episode in episodes:
-        by_method.setdefault(episode.method, []).append(episode)
-    return [_row(method, mine) for method, mine in by_method.items()]
+        groups.setdefault(name_of(episode), []).append(episode)
+    return [_row(name, mine) for name, mine in groups.items()]
+
+
+def name_of(episode: Episode) -> str:
+    """The row an episode belongs to: its method, and its disturbance if there is one."""
+    return f"{episode.method}, {episode.disturbance}" if episode.disturbance else episode.method
 
 
 def _row(method: str, episodes: list[Episode]) -> Row:
@@ -77,12 +82,12 @@ def _row(method: str, episodes: list[Episode]) -> Row:
 
 
 def margins(episodes: list[Episode], best: str = "vlpg-nav") -> dict[str, tuple[Figure, Figure]]:
-    """What ``best`` has more of than each other method on the same questions: (success, SAE)."""
-    table = {(e.method, e.home, e.noun): e for e in episodes}
-    methods = dict.fromkeys(e.method for e in episodes)
+    """What the row ``best`` has more of than each other one on the same questions: (success, SAE)."""
+    table = {(name_of(e), e.home, e.noun): e for e in episodes}
     found = {}
-    for other in methods:
-        pairs = [(e, table[other, e.home, e.noun]) for e in episodes if e.method == best]
+    for other in dict.fromkeys(name_of(e) for e in episodes):
+        mine = [e for e in episodes if name_of(e) == best and (other, e.home, e.noun) in table]
+        pairs = [(e, table[other, e.home, e.noun]) for e in mine]
         if other == best or not pairs:
             continue
         homes = [mine.home for mine, _ in pairs]
@@ -96,11 +101,11 @@ def margins(episodes: list[Episode], best: str = "vlpg-nav") -> dict[str, tuple[
 def show(episodes: list[Episode]) -> str:
     """The tables as text."""
     lines = [
-        f"{'method':20} {'episodes':>8} {'success':>19} {'SAE':>19} {'degrees':>19} {'pixels':>22} {'claims right':>13}"
+        f"{'method':30} {'episodes':>8} {'success':>19} {'SAE':>19} {'degrees':>19} {'pixels':>22} {'claims right':>13}"
     ]
     for row in rows(episodes):
         lines.append(
-            f"{row.method:20} {row.episodes:8d} {row.success.show():>19} {row.sae.show():>19} "
+            f"{row.method:30} {row.episodes:8d} {row.success.show():>19} {row.sae.show():>19} "
             f"{row.degrees.show('{:.1f}'):>19} {row.pixels.show('{:.1f}'):>22} {f'{row.right} of {row.claims}':>13}"
         )
     for row in rows(episodes):

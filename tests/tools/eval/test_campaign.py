@@ -5,12 +5,12 @@ from tools.eval import campaign
 from tools.eval.campaign import Plan, chosen, load, run_homes, save
 from tools.eval.find import homes_named, main, show_home
 
-PLAN = Plan(("vlpg-nav",), "oracle", 1, False, 0)
+PLAN = Plan(("vlpg-nav",), "oracle", 1, ("",), False, 0)
 
 
 def test_objects_are_drawn_by_lot_once_and_for_all(tour):
     assert len(chosen(tour, PLAN)) == 1 and chosen(tour, PLAN) == chosen(tour, PLAN)
-    assert chosen(tour, Plan((), "oracle", None, False, 0)) == ["armchair", "couch", "dustbin", "teddy bear"]
+    assert chosen(tour, Plan((), "oracle", None, ("",), False, 0)) == ["armchair", "couch", "dustbin", "teddy bear"]
 
 
 def test_a_home_is_run_once_and_then_read(home, tmp_path, monkeypatch):
@@ -35,6 +35,7 @@ def test_homes_are_named_in_three_ways():
     ("arguments", "words"),
     [
         (["--methods", "magic"], "no method magic"),
+        (["--disturb", "flood"], "no disturbance flood"),
         (["--objects", "0"], "at least 1"),
         (["--homes", "castle"], "castle"),
     ],

@@ -9,8 +9,9 @@ from tools.eval.episode import Episode
 from tools.eval.table import margins, rows, show, write_csv
 
 RIGHT = Episode(
-    home="a", method="vlpg-nav", noun="couch", toured=True, status="found", success=True, cause="", in_view=True,
-    angular_error=radians(9), pixel_error=30.0, score=0.9, duration=20.0, distance=5.0, contacts=0, pose_error=0.03,
+    home="a", method="vlpg-nav", noun="couch", disturbance="", toured=True, status="found", success=True, cause="",
+    in_view=True, angular_error=radians(9), pixel_error=30.0, score=0.9, duration=20.0, distance=5.0, contacts=0,
+    pose_error=0.03,
 )  # fmt: skip
 WRONG = replace(RIGHT, success=False, cause="claims another thing", in_view=False, angular_error=2.0, pixel_error=80.0)
 SILENT = replace(WRONG, status="not found", cause="looked elsewhere")
