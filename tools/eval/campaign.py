@@ -33,7 +33,12 @@ class HomeResult:
 
     home: str
     mapped: HomeMapped
+    memory: int  # bytes of the VLPG in RAM: vectors, poses, spare room
+    dense: int  # bytes of a VLMaps grid of the same home
     episodes: list[Episode]
+
+
+VLMAPS_CELL = 512 * 4  # bytes: a float32 vector of 512 in every cell of 0.05 m (Huang et al. 2023)
 
 
 def run_home(home: str, plan: Plan) -> HomeResult:
@@ -48,7 +53,14 @@ def run_home(home: str, plan: Plan) -> HomeResult:
         for disturbance in plan.disturbances
         for method in plan.methods
     ]
-    return HomeResult(tour.world.house.name, tour.mapped, [episode for episode in episodes if episode is not None])
+    grid = tour.robot.grid
+    return HomeResult(
+        home=tour.world.house.name,
+        mapped=tour.mapped,
+        memory=tour.robot.memory.nbytes,
+        dense=int((~grid.unknown).sum()) * VLMAPS_CELL,  # cells that anything is known of, not the box around them
+        episodes=[episode for episode in episodes if episode is not None],
+    )
 
 
 def chosen(tour: Tour, plan: Plan) -> list[str]:
@@ -60,8 +72,13 @@ def chosen(tour: Tour, plan: Plan) -> list[str]:
     return sorted(random.Random(tour.world.house.name).sample(seen, min(plan.objects, len(seen))))
 
 
-def run_homes(homes: list[str], plan: Plan, jobs: int, folder: Path | None) -> Iterator[HomeResult]:
-    """Results as they come. With a ``folder`` each is kept there, and what is there already is not run again."""
+def run_homes(
+    homes: list[str], plan: Plan, jobs: int, folder: Path | None = None, cluster: str | None = None
+) -> Iterator[HomeResult]:
+    """Results as they come, from ``jobs`` processes or from the Ray ``cluster`` at that address.
+
+    With a ``folder`` each is kept there, and what is there already is not run again.
+    """
     todo = []
     for home in homes:
         file = folder and folder / _file(home, plan)
@@ -69,14 +86,30 @@ def run_homes(homes: list[str], plan: Plan, jobs: int, folder: Path | None) -> I
             yield load(file)
         else:
             todo.append((home, file))
+    for result, file in _on_ray(todo, plan, cluster) if cluster else _here(todo, plan, jobs):
+        if file:
+            save(result, file)
+        yield result
+
+
+def _here(todo, plan: Plan, jobs: int):
     # Fresh processes rather than forks: each home forks its own children, and should start with one thread.
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         files = {pool.submit(run_home, home, plan): file for home, file in todo}
         for future in as_completed(files):
-            result = future.result()
-            if files[future]:
-                save(result, files[future])
-            yield result
+            yield future.result(), files[future]
+
+
+def _on_ray(todo, plan: Plan, address: str):
+    import ray  # late: an extra of its own
+
+    ray.init(address=address, log_to_driver=False)
+    # Ray's workers have threads, and a fork would copy their locks: each home gets a process of its own there.
+    task = ray.remote(num_cpus=1)(lambda home: next(_here([(home, None)], plan, 1))[0])
+    files = {task.remote(home): file for home, file in todo}
+    while files:
+        (done, *_), _ = ray.wait(list(files))
+        yield ray.get(done), files.pop(done)
 
 
 def save(result: HomeResult, file: Path) -> None:
@@ -90,7 +123,8 @@ def save(result: HomeResult, file: Path) -> None:
 def load(file: Path) -> HomeResult:
     """What ``save`` wrote."""
     raw = json.loads(file.read_text())
-    return HomeResult(raw["home"], HomeMapped(**raw["mapped"]), [Episode(**episode) for episode in raw["episodes"]])
+    raw["mapped"], raw["episodes"] = HomeMapped(**raw["mapped"]), [Episode(**e) for e in raw["episodes"]]
+    return HomeResult(**raw)
 
 
 def _file(home: str, plan: Plan) -> str:

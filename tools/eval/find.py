@@ -5,6 +5,7 @@ import json
 import os
 import sys
 from dataclasses import asdict
+from importlib.util import find_spec
 from pathlib import Path
 
 from firmware_sim.home import GENERATED
@@ -36,13 +37,19 @@ def homes_named(text: str) -> list[str]:
 
 def show_home(result: HomeResult) -> str:
     """One line for each episode of a home."""
-    lines = [f"\n{result.home}: {result.mapped}"]
+    lines = [f"\n{result.home}: {result.mapped}; {show_memory([result])}"]
     for e in result.episodes:
         lines.append(
             f"  {e.noun:24} {name_of(e):30} {'ok' if e.success else '--'} {e.status:13} {e.cause:26}"
             f" {e.duration:6.1f} s {e.distance:5.1f} m {e.pose_error:5.2f} m off"
         )
     return "\n".join(lines)
+
+
+def show_memory(results: list[HomeResult]) -> str:
+    """What the graph weighs against a dense map of the same homes."""
+    ours, dense = (sum(getattr(result, name) for result in results) for name in ("memory", "dense"))
+    return f"VLPG {ours / 1e6:.2f} MB, a VLMaps grid {dense / 1e6:.0f} MB, {dense / ours:.0f} times as much"
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -67,6 +74,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--search", action="store_true", help="look even for what does not seem to be in memory")
     parser.add_argument("--seed", type=int, default=0, help="of every source of noise")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="homes at a time (default: one a core)")
+    parser.add_argument("--ray", metavar="ADDRESS", help="run the homes on the Ray cluster there (extra `cluster`)")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="keep each home's result there, and go on from it")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all episodes there")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="the same as a table")
@@ -82,6 +90,8 @@ def main(arguments: list[str] | None = None) -> None:
         parser.error(f"there is no disturbance {sorted(unknown)[0]}; there are {', '.join(DISTURBANCES)}")
     if options.objects is not None and options.objects < 1 or options.jobs < 1:
         parser.error("--objects and --jobs must be at least 1")
+    if options.ray and find_spec("ray") is None:
+        parser.error("--ray needs Ray; pip install 'vlpg-edge[cluster]'")
     try:
         plan = Plan(methods, options.encoder, options.objects, ("", *disturbances), options.search, options.seed)
         results = _run(homes_named(options.homes), plan, options)
@@ -92,6 +102,7 @@ def main(arguments: list[str] | None = None) -> None:
     print("\n".join(map(show_home, results)))
     episodes = [episode for result in results for episode in result.episodes]
     print(f"\n{options.encoder} encoder, {len(results)} homes, seed {options.seed}\n{show(episodes)}")
+    print(show_memory(results))
     if options.json:
         options.json.write_text(json.dumps([asdict(result) for result in results], indent=1))
     if options.csv:
@@ -109,7 +120,7 @@ def _run(homes: list[str], plan: Plan, options) -> list[HomeResult]:
     results = []
     columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(file=sys.stderr)) as progress:
-        done = run_homes(homes, plan, options.jobs, options.out)
+        done = run_homes(homes, plan, options.jobs, options.out, options.ray)
         for result in progress.track(done, len(homes), description="homes"):
             right = sum(episode.success for episode in result.episodes)
             progress.console.print(f"{result.home}: {right} of {len(result.episodes)} right")

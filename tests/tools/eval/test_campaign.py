@@ -16,12 +16,19 @@ def test_objects_are_drawn_by_lot_once_and_for_all(tour):
 def test_a_home_is_run_once_and_then_read(home, tmp_path, monkeypatch):
     (first,) = run_homes([home], PLAN, 1, tmp_path)
     assert len(first.episodes) == 1 and first.episodes[0].success
+    assert first.dense > 60 * first.memory > 0
     (file,) = tmp_path.glob("two-rooms.oracle.*.json")
     save(load(file), tmp_path / "copy.json")
     assert (tmp_path / "copy.json").read_text() == file.read_text()
     monkeypatch.setattr(campaign, "run_home", None)  # would fail if it were asked
     (again,) = run_homes([home], PLAN, 1, tmp_path)
     assert show_home(again) == show_home(first)
+
+
+def test_a_cluster_gives_the_same(home):
+    pytest.importorskip("ray")
+    (alone,), (there,) = run_homes([home], PLAN, 1), run_homes([home], PLAN, 1, cluster="local")
+    assert show_home(there) == show_home(alone)
 
 
 def test_homes_are_named_in_three_ways():
