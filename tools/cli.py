@@ -104,6 +104,12 @@ def eval_encoder(context: typer.Context) -> None:
     _become("tools.eval.encoder", context.args)
 
 
+@eval_app.command("graph", context_settings=_PASSED_ON, add_help_option=False)
+def eval_graph(context: typer.Context) -> None:
+    """Straighten the graph of a robot that drifts (vlpg eval graph --help)."""
+    _become("tools.eval.graph", context.args)
+
+
 @app.command()
 def find(
     words: Annotated[str, typer.Argument(metavar="OBJECT", help='what to find, such as "the teddy bear"')],

@@ -65,7 +65,7 @@ def test_each_question_has_zenohs_flags(question):
         assert flag in done.stdout
 
 
-@pytest.mark.parametrize("part", ["find", "encoder"])
+@pytest.mark.parametrize("part", ["find", "encoder", "graph"])
 def test_each_evaluation_explains_itself(part):
     done = vlpg("eval", part, "--help")
     assert done.returncode == 0 and done.stdout.startswith(f"usage: vlpg eval {part}")
