@@ -28,7 +28,7 @@ app.add_typer(eval_app, name="eval")
 # For commands whose module reads its own arguments, --help included.
 _PASSED_ON = {"allow_extra_args": True, "ignore_unknown_options": True}
 
-NOT_FOUND, MISTAKE, INTERRUPTED = 1, 2, 130  # exit codes
+NOT_FOUND, DIFFERS, MISTAKE, INTERRUPTED = 1, 1, 2, 130  # exit codes
 
 _LINK_FLAGS = ("--connect", "-e", "--listen", "-l", "--mode", "-m", "--config", "-c", "--no-multicast-scouting")
 
@@ -205,14 +205,25 @@ def models_list() -> None:
 
 
 @models_app.command("verify")
-def models_verify(name: Annotated[str | None, typer.Argument(help="a model's name or folder; default: all")] = None):
-    """Check every file of a model against its manifest's sha256."""
+def models_verify(
+    name: Annotated[str | None, typer.Argument(help="a model's name or folder; default: all")] = None,
+    files_only: Annotated[bool, typer.Option("--files-only", help="do not measure anything again")] = False,
+) -> None:
+    """Check a model's files by sha256, measure it again, and compare with its card. Exit code 1: something differs."""
     from models.manifest import ModelError
+    from tools.models.probe_process import ProbeFailed
+    from tools.models.verify import HEADER, sound, verify
 
-    with _explained(ModelError):
+    differs = False
+    with _explained(ModelError, ProbeFailed):
         for manifest in _manifests(name):
             manifest.verify()
             typer.echo(f"{manifest.name}: {len(manifest.files)} files as in the manifest")
+            if not files_only:
+                rows = verify(manifest)
+                typer.echo("\n".join([HEADER, *map(str, rows)]))
+                differs |= not sound(rows)
+    raise typer.Exit(DIFFERS if differs else 0)
 
 
 def _manifests(name: str | None):

@@ -30,8 +30,18 @@ def test_the_shipped_model_is_intact():
 
 def test_every_file_of_the_folder_but_manifest_and_card_is_listed():
     manifest = Manifest.load(resolve())
-    there = {path.name for path in manifest.folder.iterdir()} - {"manifest.json", "MODEL_CARD.md"}
+    there = {path.name for path in manifest.folder.iterdir() if path.suffix not in (".md", ".jpg")} - {"manifest.json"}
     assert there == {file.name for file in manifest.files}
+
+
+def test_what_need_not_be_stated_is_empty(folder):
+    stated = Manifest.load(folder).measured
+    assert all(isinstance(value, float) for value in stated.values())
+    path = folder / "manifest.json"
+    raw = json.loads(path.read_text())
+    path.write_text(json.dumps({key: value for key, value in raw.items() if key != "measured"}))
+    manifest = Manifest.load(folder)
+    assert (manifest.measured, manifest.source, manifest.licence) == ({}, "", "")
 
 
 def test_a_missing_file_is_named(folder):

@@ -132,8 +132,25 @@ def _listens(port):
 
 def test_models_are_listed_and_verified():
     assert "lite0-minilm" in vlpg("models", "list").stdout
-    done = vlpg("models", "verify")
-    assert done.returncode == 0 and "as in the manifest" in done.stdout
+    done = vlpg("models", "verify", "--files-only")
+    assert done.returncode == 0 and done.stdout.strip().endswith("files as in the manifest")
+
+
+def test_a_model_is_measured_again():
+    done = vlpg("models", "verify", "lite0-minilm")
+    assert done.returncode == 0, done.stdout + done.stderr
+    for figure in ("median cosine to float32", "peak PSS", "p50", "p95"):
+        assert figure in done.stdout
+
+
+def test_a_card_that_promises_too_much_is_found_out(tmp_path):
+    folder = tmp_path / "model"
+    shutil.copytree(Path(models.__file__).parent / "lite0-minilm", folder)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["measured"]["image_memory"] = 20.0
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    done = vlpg("models", "verify", str(folder))
+    assert done.returncode == 1 and "differs: more than 15% above" in done.stdout
 
 
 def test_a_damaged_model(tmp_path):

@@ -17,12 +17,14 @@ from edge.perception.session import open_session
 from edge.perception.text import TextTower as RuntimeText
 from models.manifest import Image, Manifest
 from tools.assets.catalog import find_libraries
+from tools.models.measure import measure
 from tools.train import card, evaluate, image_export, text_tower
 from tools.train.batches import Batches
 from tools.train.calibrate import logistic, presence
 from tools.train.features import Features, is_validation, make_chunks
 from tools.train.fetch import fetch
 from tools.train.finetune import TrainConfig, train
+from tools.train.float_reference import make_reference
 from tools.train.golden import write_golden
 from tools.train.image_tower import Front, Head, ImageTower, Neck, Trunk
 from tools.train.package import write_manifest
@@ -116,6 +118,13 @@ class Pipeline:
         target = Path("tests/edge/perception/encoder_golden.npz")
         write_golden(tower, self._pictures(6), self.image, Encoder.load(self.model), target)
 
+    def reference(self) -> None:
+        """What the towers say in float32 on a few pictures and prompts, as a file of the finished model."""
+        text = text_tower.TextTower.load(self.fetched / "minilm")
+        tokenizer, held_out = self.model / "tokenizer.json", self.work / "held_out"
+        make_reference(self._trained_tower(), self.image, text, tokenizer, held_out).save(self.model)
+        self._rewrite_manifest(self.model)
+
     def evaluate(self) -> None:
         """Held-out naming with the int8 model, and with the same model in float32."""
         libraries, entries = find_libraries(self.furniture), training_entries(self.furniture)
@@ -131,6 +140,7 @@ class Pipeline:
         results["homes"] = evaluate.evaluate_homes(Encoder.load(self.model))
         print(json.dumps({key: results[key] for key in ("parity", "homes")}))
         (self.work / "evaluation.json").write_text(json.dumps(results, indent=2))
+        self._rewrite_manifest(self.model, measured=measure(Manifest.load(self.model)))
 
     def card(self) -> None:
         validation = json.loads((self.work / "validation.json").read_text())
@@ -206,9 +216,13 @@ class Pipeline:
         shutil.copytree(self.model, folder, dirs_exist_ok=True)
         (folder / "image.onnx.data").unlink(missing_ok=True)
         shutil.copy(self.work / "export" / "image_float.onnx", folder / "image.onnx")
-        fields = json.loads((self.model / "manifest.json").read_text())
-        write_manifest(folder, {key: value for key, value in fields.items() if key != "files"})
+        self._rewrite_manifest(folder)
         return folder
+
+    def _rewrite_manifest(self, folder: Path, **changes) -> None:
+        """Of a finished model: with other fields, or because its files are others."""
+        fields = json.loads((folder / "manifest.json").read_text()) | changes
+        write_manifest(folder, {key: value for key, value in fields.items() if key != "files"})
 
     def _fields(self, name: str, relevance: dict, scale: float) -> dict:
         """The manifest without its files."""
