@@ -22,7 +22,9 @@ app = typer.Typer(
 )
 models_app = typer.Typer(help="The encoders that are at hand.", no_args_is_help=True)
 eval_app = typer.Typer(help="Measure how well the whole system, or a part of it, does.", no_args_is_help=True)
+bench_app = typer.Typer(help="Measure speed and memory on this machine.", no_args_is_help=True)
 app.add_typer(models_app, name="models")
+app.add_typer(bench_app, name="bench")
 app.add_typer(eval_app, name="eval")
 
 # For commands whose module reads its own arguments, --help included.
@@ -102,6 +104,12 @@ def eval_find(context: typer.Context) -> None:
 def eval_encoder(context: typer.Context) -> None:
     """Name pictures of objects the encoder was never trained on (vlpg eval encoder --help)."""
     _become("tools.eval.encoder", context.args)
+
+
+@bench_app.command("encoder", context_settings=_PASSED_ON, add_help_option=False)
+def bench_encoder(context: typer.Context) -> None:
+    """Time and weigh the image tower beside its float32 peers (vlpg bench encoder --help)."""
+    _become("tools.bench.encoder", context.args)
 
 
 @app.command()

@@ -34,7 +34,7 @@ class Encoder:
 
     def __init__(self, manifest: Manifest, text: bool = True, threads: int = 1):
         self._manifest = manifest
-        self._image = open_session(manifest.folder / manifest.image.graph, threads)
+        self._image = open_session(manifest.folder / manifest.image.graph, threads, frequent=True)
         # In RAM only: what is measured with an encoder must not come from what another process left in a file.
         self._text = PromptMemory(TextTower(manifest, threads).encode, manifest.digest, manifest.dim) if text else None
         self._threads = threads

@@ -40,7 +40,7 @@ def test_help_names_every_command_and_is_quick():
     done = vlpg("--help")
     assert time.perf_counter() - started < 3.0  # 0.2 s on an idle machine
     assert done.returncode == 0
-    for command in ("demo", "sim", "robot", "host", "find", "status", "cancel", "reindex", "models", "eval"):
+    for command in ("demo", "sim", "robot", "host", "find", "status", "cancel", "reindex", "models", "eval", "bench"):
         assert f"  {command} " in done.stdout
 
 
@@ -69,6 +69,11 @@ def test_each_question_has_zenohs_flags(question):
 def test_each_evaluation_explains_itself(part):
     done = vlpg("eval", part, "--help")
     assert done.returncode == 0 and done.stdout.startswith(f"usage: vlpg eval {part}")
+
+
+def test_the_benchmark_explains_itself():
+    done = vlpg("bench", "encoder", "--help")
+    assert done.returncode == 0 and done.stdout.startswith("usage: vlpg bench encoder")
 
 
 @pytest.mark.parametrize("question", [("find", "teddy bear"), ("status",), ("cancel",)])
