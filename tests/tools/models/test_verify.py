@@ -5,6 +5,7 @@ from tools.models.verify import LABELS, compare, sound
 
 CARD = {
     "image_parity": 0.995, "image_parity_min": 0.98, "text_parity": 0.99, "image_memory": 70.0, "size": 34.2,
+    "encoder_memory": 90.0, "text_memory": 77.0,
     "image_p50": 10.0, "image_p95": 11.0, "text_p50": 2.0, "text_p95": 3.0,
 }  # fmt: skip
 
@@ -12,7 +13,7 @@ CARD = {
 def test_the_same_figures_are_sound_and_all_are_shown():
     rows = compare(CARD, CARD)
     assert sound(rows) and len(rows) == len(LABELS)
-    assert [row.verdict for row in rows].count("ok") == 5
+    assert [row.verdict for row in rows].count("ok") == 7
 
 
 @pytest.mark.parametrize(
@@ -24,6 +25,7 @@ def test_the_same_figures_are_sound_and_all_are_shown():
         ({"text_parity": 0.5}, False),
         ({"image_memory": 80.0}, True),
         ({"image_memory": 81.0}, False),
+        ({"encoder_memory": 104.0}, False),
         ({"size": 34.3}, False),
         ({"image_p50": 500.0, "text_p95": 900.0}, True),
     ],
