@@ -23,6 +23,7 @@ from tools.assets.catalog import find_libraries
 from tools.bench import encoder as bench
 from tools.eval.encoder import evaluate_naming, evaluate_photographs
 from tools.models.measure import measure
+from tools.models.reference import NAME as REFERENCE
 from tools.train import card, evaluate, image_export, text_tower
 from tools.train.batches import Batches
 from tools.train.calibrate import logistic, presence
@@ -119,6 +120,7 @@ class Pipeline:
         self._text()
         for name in ("text.onnx", "text.onnx.data", "tokenizer.json"):
             shutil.copy(self.work / "text" / name, self.model)
+        (self.model / REFERENCE).unlink(missing_ok=True)  # that of other weights; the next stage makes it anew
         write_manifest(self.model, self._fields(self.model.name, report["relevance"], MEASURED.scale))
         tests = Path("tests/edge/perception")
         write_golden(tower, self._pictures(6), self.image, Encoder.load(self.model), tests / "encoder_golden.npz")

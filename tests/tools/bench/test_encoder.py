@@ -12,7 +12,7 @@ def test_each_peer_is_timed_and_weighed():
     ours, again = encoder.measure({"ours": OURS, "again": OURS}, turns=12)
     assert (ours.name, ours.ratio, again.name) == ("ours", 1.0, "again")
     assert again.ratio > 0
-    assert again.peak == pytest.approx(ours.peak, rel=0.07)
+    assert again.peak == pytest.approx(ours.peak, rel=0.1)
     assert ours.p10 <= ours.p50 <= ours.p90
     assert ours.peak == pytest.approx(ours.anonymous + ours.file_backed, abs=1)
 

@@ -21,7 +21,7 @@ def test_a_process_that_also_has_the_libraries_does_not_make_it_lighter():
     """Of pages that two processes map, PSS charges each with half."""
     with ProbeProcess("tools.models.probe", "image", str(resolve())) as first:
         with ProbeProcess("tools.models.probe", "image", str(resolve())) as second:
-            assert second.peak.pss == pytest.approx(first.peak.pss, rel=0.07)
+            assert second.peak.pss == pytest.approx(first.peak.pss, rel=0.1)
             raw = psutil.Process(second._process.pid).memory_full_info().pss / 1e6
     assert raw < second.peak.pss
 
