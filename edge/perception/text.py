@@ -26,13 +26,11 @@ class TextTower:
             self._tokenizer.no_padding()
             self._tokenizer.enable_truncation(text.context_length)
             self._session = open_session(self._manifest.folder / text.graph, self._threads)
+            self._inputs = [graph_input.name for graph_input in self._session.get_inputs()]  # some need no mask
 
     def tokens(self, text: str) -> list[int]:
         """Ids of a prompt as the graph sees them: with the first and the last special token, cut to the context."""
-        self.open()
-        # A lone surrogate (half an emoji) is valid in a Python string but has no UTF-8 form. It is left out, as the
-        # original tokenizer (Devlin et al. 2019) leaves out all characters of category C.
-        return self._tokenizer.encode(text.encode("utf-8", "ignore").decode("utf-8")).ids
+        return self._encoding(text).ids
 
     def encode(self, texts: list[str]) -> np.ndarray:
         """``(N, D)`` float32 unit rows. One prompt a run, so that a vector never depends on what else was asked."""
@@ -40,5 +38,13 @@ class TextTower:
         return np.stack(rows) if rows else np.zeros((0, self._manifest.dim), np.float32)
 
     def _encode_one(self, text: str) -> np.ndarray:
-        ids = np.array([self.tokens(text)], np.int64)
-        return self._session.run(None, {"input_ids": ids, "attention_mask": np.ones_like(ids)})[0][0]
+        encoding = self._encoding(text)
+        tokens = {"input_ids": encoding.ids, "attention_mask": encoding.attention_mask}
+        feeds = {name: np.array([tokens[name]], np.int64) for name in self._inputs}
+        return self._session.run(None, feeds)[0][0]
+
+    def _encoding(self, text: str):
+        self.open()
+        # A lone surrogate (half an emoji) is valid in a Python string but has no UTF-8 form. It is left out, as the
+        # original tokenizer (Devlin et al. 2019) leaves out all characters of category C.
+        return self._tokenizer.encode(text.encode("utf-8", "ignore").decode("utf-8"))
