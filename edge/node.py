@@ -28,7 +28,7 @@ from edge.link.straighten import straighten
 from edge.memory.database import StoreError
 from edge.memory.store import Vlpg
 from edge.observation import STOP
-from edge.process import MemoryUse, give_back_large_blocks, stop_event
+from edge.process import MemoryUse, cache_file, give_back_large_blocks, stop_event
 from models.manifest import Manifest, ModelError, resolve
 
 log = logging.getLogger(__name__)
@@ -279,7 +279,8 @@ def _run(options):
         Vlpg.open(options.memory, images.name, images.digest, images.dim) as memory,
         open_session(link_config(options), stop) as session,
     ):
-        encoder = OffloadedEncoder(session, images, options.offload, lambda: TextTower(manifest))
+        tower, prompts = TextTower(manifest), cache_file("prompts.db")
+        encoder = OffloadedEncoder(session, images, options.offload, tower, prompts)
         robot = Robot(encoder, memory)
         saved = memory.load_map()
         if saved is not None:

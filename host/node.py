@@ -8,7 +8,8 @@ from edge.link.alive import declare_alive
 from edge.link.exchange import Inbox, ask
 from edge.link.requests import EmbedText, GraphReply, Optimize, Search
 from edge.link.session import LinkError, add_link_arguments, link_config, open_session
-from edge.process import stop_event
+from edge.memory.prompts import PromptMemory
+from edge.process import cache_file, stop_event
 from host.service import HostService
 from models.manifest import Manifest, ModelError, resolve
 
@@ -52,7 +53,10 @@ def main(arguments=None):
         manifest = Manifest.load(resolve(options.model) if options.model else resolve())
         manifest.verify()
         with open_session(link_config(options), stop) as session:
-            Node(session, TextTower(manifest), manifest, options.id).run(stop)
+            tower = TextTower(manifest)
+            tower.open()  # its robots wait one second for an answer
+            prompts = PromptMemory(tower.encode, manifest.digest, manifest.dim, cache_file("prompts.db"))
+            Node(session, prompts, manifest, options.id).run(stop)
     except (LinkError, ModelError) as error:
         parser.exit(2, f"vlpg host: {error}\n")
 

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +73,9 @@ class Manifest:
     text: Text
     relevance: Relevance
     files: tuple[File, ...]
+    source: str = ""  # where the weights come from
+    licence: str = ""  # of the weights
+    measured: dict[str, float] = field(default_factory=dict)  # what was measured when the model was made
 
     @classmethod
     def load(cls, folder: Path) -> "Manifest":
@@ -110,6 +113,9 @@ class Manifest:
             text=Text(**raw["text"]),
             relevance=Relevance(**raw["relevance"]),
             files=files,
+            source=str(raw.get("source", "")),
+            licence=str(raw.get("licence", "")),
+            measured=dict(raw.get("measured", {})),
         )
 
     def verify(self) -> None:

@@ -9,7 +9,7 @@ os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
 from models.manifest import DEFAULT  # noqa: E402
 from tools.assets.catalog import INSTALLED  # noqa: E402
 
-STAGES = ("fetch", "render", "features", "train", "export", "quantize", "evaluate", "card")
+STAGES = ("fetch", "render", "features", "train", "export", "quantize", "reference", "evaluate", "card")
 
 
 def main() -> None:

@@ -1,0 +1,1 @@
+"""Encoders from elsewhere: fetched ready-made, or made out of other frameworks' models."""
