@@ -11,9 +11,10 @@ from tools.assets.catalog import Entry, find_libraries, open_library
 from tools.assets.obj_model import load_mesh
 from tools.assets.rasterizer import render
 
-# CC-BY, used as training data and not shipped. BlendSwap-CC-0 furnishes our homes: it must never be named here.
-LIBRARIES = ("BlendSwap-CC-BY", "KatorLegaz", "Scopia")
-VIEWS = 14  # pictures a model
+# CC-BY 3.0 and Free Art 1.3, used as training data and not shipped. BlendSwap-CC-0 furnishes our homes: it must never
+# be named here.
+LIBRARIES = ("BlendSwap-CC-BY", "KatorLegaz", "Scopia", "Contributions", "LucaPresidente")
+VIEWS = 28  # pictures a model
 SIDE = 232  # px, longer side; an object fills at most the height of the tower's input
 FRONT = -np.pi / 2  # azimuth of a viewer in front of the model
 
