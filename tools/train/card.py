@@ -29,8 +29,9 @@ together: `{digest}`.
 
 ## Training
 
-{scenes} composite pictures of rendered furniture ({libraries}; CC-BY 3.0; used for training only, nothing of them is
-shipped) in made-up rooms: 1-6 objects, close-ups, enlarged parts and empty rooms, with blur, noise and changing light.
+{scenes} composite pictures of rendered furniture ({libraries}; CC-BY 3.0
+and Free Art 1.3; used for training only, nothing of them is shipped) in made-up rooms: 1-6 objects, close-ups, enlarged
+parts and empty rooms, with blur, noise, changing light, and two things in five in another colour.
 Names come from the catalogs' names and tags through {templates} templates. Three losses: naming (sigmoid and softmax
 over all names, near-synonyms not counted as wrong), pointing (the closed-form Grad-CAM should peak on the object's mask
 and cover it), and the divergence of the class posterior from that of the network before fine-tuning.
@@ -124,7 +125,8 @@ small things are coarse.
 
 {sources}
 - Furniture used for training: KatorLegaz (Andrew Kator and Jennifer Legaz), Scopia, and the contributors of Blend Swap,
-  as collected by Sweet Home 3D; Creative Commons Attribution 3.0.
+  as collected by Sweet Home 3D; Creative Commons Attribution 3.0. LucaPresidente and the contributors of Sweet Home 3D
+  (Contributions); Free Art License 1.3.
 - Furniture in the pictures of this card and in `reference.npz`: contributors of Blend Swap, CC0, credited one by one in
   `firmware_sim/furniture_pack/CREDITS.md`.
 

@@ -30,8 +30,9 @@ from tools.train.calibrate import logistic, presence
 from tools.train.features import Features, is_validation, make_chunks
 from tools.train.fetch import fetch
 from tools.train.finetune import TrainConfig, train
-from tools.train.float_reference import make_reference
+from tools.train.float_reference import HOME, make_reference
 from tools.train.golden import odd_sizes, write_golden, write_preprocess_golden
+from tools.train.homes import shoot
 from tools.train.image_tower import Front, Head, ImageTower, Neck, Trunk
 from tools.train.package import write_manifest
 from tools.train.scenes import SceneMaker
@@ -47,7 +48,7 @@ SHARE = 0.5  # of the concepts in the fused vector; best of 0.2 … 0.65 on the 
 # Twice: without the validation models, to measure and calibrate; then from there with all of them, to ship.
 MEASURED = TrainConfig()
 SHIPPED = TrainConfig(steps=900, rate=4e-4, late_rate=5e-5, seed=1)
-TRAINING_CHUNKS, VALIDATION_CHUNKS = 40, 8  # of 500 scenes
+TRAINING_CHUNKS, VALIDATION_CHUNKS = 56, 8  # of 500 scenes
 CALIBRATION = 64  # pictures that set the int8 ranges
 CONTEXT = 128  # tokens
 
@@ -123,7 +124,8 @@ class Pipeline:
         (self.model / REFERENCE).unlink(missing_ok=True)  # that of other weights; the next stage makes it anew
         write_manifest(self.model, self._fields(self.model.name, report["relevance"], MEASURED.scale))
         tests = Path("tests/edge/perception")
-        write_golden(tower, self._pictures(6), self.image, Encoder.load(self.model), tests / "encoder_golden.npz")
+        views = [shot.rgb for shot in shoot(HOME, 6)[1]]  # of CC0 furniture: the file is committed
+        write_golden(tower, views, self.image, Encoder.load(self.model), tests / "encoder_golden.npz")
         write_preprocess_golden(odd_sizes(), self.image, tests / "preprocess_golden.npz")
 
     def reference(self) -> None:
@@ -217,7 +219,7 @@ class Pipeline:
         return {"scores": asdict(score), "config": asdict(MEASURED), "relevance": relevance}
 
     def _pictures(self, count: int) -> list[np.ndarray]:
-        """Scenes of the training models for int8 ranges and the golden file, the same each time."""
+        """Scenes of the training models for int8 ranges, the same each time."""
         entries = training_entries(self.furniture)[::3]
         maker = SceneMaker(entries, [load_sprites(self.work / "sprites", entry) for entry in entries], seed=1)
         scenes = [maker.close_up(i * 3 % len(entries)) if i % 2 else maker.view(1 + i % 5) for i in range(count)]

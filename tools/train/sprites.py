@@ -61,8 +61,14 @@ def load_sprites(folder: Path, entry: Entry) -> list[Sprite]:
 
 
 def training_entries(furniture: Path) -> list[Entry]:
-    """Catalog entries of all training libraries in ``furniture``."""
+    """Catalog entries of all training libraries in ``furniture``. Raises FileNotFoundError when one is missing."""
     libraries = find_libraries(furniture)
+    missing = [name for name in LIBRARIES if name not in libraries]
+    if missing:
+        raise FileNotFoundError(
+            f"{furniture} lacks {', '.join(missing)}: `apt-get install sweethome3d-furniture "
+            "sweethome3d-furniture-nonfree`, the latter from Debian's non-free component, or give the folder of both."
+        )
     return [entry for name in LIBRARIES for entry in open_library(libraries[name])]
 
 
