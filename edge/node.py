@@ -24,10 +24,11 @@ from edge.link.offload import OffloadedEncoder
 from edge.link.reports import areas, cancelled_reply, find_reply, graph_reply, map_reply
 from edge.link.requests import RequestError
 from edge.link.session import LinkError, add_link_arguments, link_config, open_session
+from edge.link.straighten import straighten
 from edge.memory.database import StoreError
 from edge.memory.store import Vlpg
 from edge.observation import STOP
-from edge.process import MemoryUse, give_back_large_blocks, stop_event
+from edge.process import MemoryUse, cache_file, give_back_large_blocks, stop_event
 from models.manifest import Manifest, ModelError, resolve
 
 log = logging.getLogger(__name__)
@@ -59,6 +60,7 @@ class Node:
         """``mapped``: whether the home is known, so that the robot waits for requests instead of mapping it first."""
         self.config = config or NodeConfig()
         self.robot, self.missions, self.mapped = robot, missions, mapped
+        self._session = session
         self._wake = threading.Event()
         self.base = Base(session, self.config.name, self._wake.set)
         self._inbox = Inbox(session, self._wake.set)
@@ -150,7 +152,18 @@ class Node:
         else:
             self.mapped = outcome.complete
             self._outcome = "mapped" if outcome.complete else "mapped in part: time ran out"
+            self._straighten()
         self._end("idle")
+
+    def _straighten(self):
+        """With a host at hand, let the whole graph decide where its nodes are."""
+        if not getattr(self.robot.encoder, "host_alive", False):
+            return
+        self.base.command(STOP)
+        try:
+            log.info("the graph was straightened by up to %.2f m", straighten(self._session, self.robot))
+        except RequestError as error:
+            log.warning("the graph was not straightened: %s", error)
 
     def _fail(self, problem):
         self.base.command(STOP)
@@ -266,7 +279,8 @@ def _run(options):
         Vlpg.open(options.memory, images.name, images.digest, images.dim) as memory,
         open_session(link_config(options), stop) as session,
     ):
-        encoder = OffloadedEncoder(session, images, options.offload, lambda: TextTower(manifest))
+        tower, prompts = TextTower(manifest), cache_file("prompts.db")
+        encoder = OffloadedEncoder(session, images, options.offload, tower, prompts)
         robot = Robot(encoder, memory)
         saved = memory.load_map()
         if saved is not None:

@@ -1,6 +1,7 @@
 """What a process needs from the operating system: to be stopped politely, and to use and know little memory."""
 
 import ctypes
+import os
 import re
 import signal
 import threading
@@ -31,6 +32,17 @@ def give_back_large_blocks():
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:
         mallopt(_M_MMAP_THRESHOLD, _LARGE)
+
+
+def cache_file(name):
+    """Path of a file that may be lost at any time: ``$XDG_CACHE_HOME/vlpg/NAME``, else ``~/.cache/vlpg/NAME``.
+
+    None for a user without a home folder, as services may be. Nothing is made.
+    """
+    folder = os.environ.get("XDG_CACHE_HOME", "")
+    if not os.path.isabs(folder):  # unset, or to be ignored by the XDG base directory specification
+        folder = os.path.expanduser("~/.cache")
+    return Path(folder) / "vlpg" / name if os.path.isabs(folder) else None
 
 
 class MemoryUse:

@@ -7,8 +7,10 @@ import numpy as np
 
 from edge.camera import CameraModel
 from edge.localization.localizer import Localizer
+from edge.localization.loop_closure import LoopCloser
 from edge.mapping.coverage import CameraCoverage
 from edge.mapping.occupancy import OccupancyGrid
+from edge.memory.scan_bytes import pack
 from edge.memory.store import Vlpg
 from edge.observation import LaserScan, Observation, RgbdFrame
 from edge.perception.close_look import look_closely, to_remember
@@ -38,12 +40,14 @@ class Robot:
         self.grid = OccupancyGrid()
         self.localizer = Localizer()
         self.coverage = CameraCoverage()
+        self.loops = LoopCloser(memory)
         self.stamp = 0.0  # s
         self.pose = np.zeros(3)
         self.twist = np.zeros(2)  # measured
         self.bumper = False
         self.distance = 0.0  # m driven
         self.frame: RgbdFrame | None = None  # the newest picture
+        self._scan: LaserScan | None = None  # the newest lidar turn
         self._offered = self._mapped = np.array([1e9, 1e9, 0.0])  # poses of the last view offered, the last scan mapped
 
     def perceive(self, observation: Observation) -> None:
@@ -52,8 +56,10 @@ class Robot:
         self.distance += float(np.hypot(*(pose[:2] - self.pose[:2])))
         self.stamp, self.pose = observation.stamp, pose
         self.twist, self.bumper = observation.twist, observation.bumper
-        if observation.scan is not None and not self.localizer.lost:
-            self._map_scan(observation.scan)
+        if observation.scan is not None:
+            self._scan = observation.scan
+            if not self.localizer.lost:
+                self._map_scan(observation.scan)
         if observation.bumper:
             self.grid.integrate_contact(pose, self.config.radius)
         self.coverage.follow(self.grid.frame)
@@ -64,6 +70,22 @@ class Robot:
     def in_map(self, odom):
         """A base pose of the odom frame, in the map frame."""
         return compose(self.localizer.map_from_odom, odom)
+
+    def correct(self, ids, poses, covariances) -> None:
+        """Give nodes of the memory the ``poses (N, 3)`` and ``covariances (N, 3, 3)`` that the whole graph agrees on.
+
+        The map, and the robot in it, move along. Raises what ``Vlpg.move`` does, and changes nothing then.
+        """
+        before, after = self.memory.poses(ids), np.asarray(poses, float)
+        self.memory.move(ids, after, covariances)
+        if not len(before):
+            return
+        near = int(np.hypot(*(before - self.pose)[:, :2].T).argmin())
+        self.grid.move(before, after)
+        self.coverage.follow(self.grid.frame)
+        self.coverage.move(before, after)
+        self.localizer.move(before[near], after[near])
+        self.pose = compose(after[near], between(before[near], self.pose))
 
     def _map_scan(self, scan: LaserScan) -> None:
         """Map a scan unless the last one was taken here: repeated, the error of one pose would become the map's."""
@@ -87,4 +109,7 @@ class Robot:
         vectors, bearings = to_remember(look_closely(self.encoder, frame.rgb, hfov=self.camera.hfov))
         bgr = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2BGR)
         keyframe = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, self.config.keyframe_quality])[1].tobytes()
-        self.memory.add(frame.stamp, pose, self.localizer.covariance, vectors, bearings, keyframe)
+        scan = None if self._scan is None else pack(self._scan, between(frame.odom, self._scan.odom))
+        node = self.memory.add(frame.stamp, pose, self.localizer.covariance, vectors, bearings, keyframe, scan)
+        if node is not None:
+            self.loops.consider(node)

@@ -1,7 +1,6 @@
 """The RGB-D camera of the simulated robot: walls by ray casting, furniture by relief impostors, one depth buffer."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import atan2, cos, hypot, sin
 
 import cv2
@@ -55,13 +54,16 @@ class Camera:
             ((v0 - np.arange(self.model.height)) / self.model.focal).astype(np.float32),
             self.model.focal,
         )
+        self._shell: tuple | None = None  # the plan that the surfaces were drawn from, and these
         self._rng = np.random.default_rng(seed)
         if self.noise:
             self._draw_noise()
 
-    @cached_property
+    @property
     def _surfaces(self) -> Surfaces:
-        return Surfaces(self.house, self.model, self._seed)
+        if self._shell is None or self._shell[0] is not self.house.plan:  # first picture, or a door was moved
+            self._shell = self.house.plan, Surfaces(self.house, self.model, self._seed)
+        return self._shell[1]
 
     def render(self, pose) -> Picture:
         """The picture from base pose ``pose`` (3,) in the house frame."""

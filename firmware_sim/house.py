@@ -196,6 +196,15 @@ class House:
         self._change(changes)
         return new
 
+    def set_door(self, number: int, open: bool) -> None:
+        """Open or close the door of that ``number`` in ``doors``. Raises HouseError when there is none."""
+        doors = list(self.doors)
+        if not 0 <= number < len(doors):
+            raise HouseError(f"{self.name} has {len(doors)} doors, and none of number {number}")
+        doors[number] = msgspec.structs.replace(doors[number], open=open)
+        self.plan = FloorPlan(self.rooms, self.plan.walls, doors)
+        self.revision += 1
+
     def remove_object(self, object_id) -> None:
         """Take a thing away. Raises HouseError when something stands on it."""
         self._get(object_id)

@@ -1,4 +1,4 @@
-"""The host process: serves `host/embed_text` and `host/search` over zenoh."""
+"""The host process: serves `host/embed_text`, `host/search` and `host/optimize` over zenoh."""
 
 import argparse
 import logging
@@ -6,9 +6,10 @@ import uuid
 
 from edge.link.alive import declare_alive
 from edge.link.exchange import Inbox, ask
-from edge.link.requests import EmbedText, GraphReply, Search
+from edge.link.requests import EmbedText, GraphReply, Optimize, Search
 from edge.link.session import LinkError, add_link_arguments, link_config, open_session
-from edge.process import stop_event
+from edge.memory.prompts import PromptMemory
+from edge.process import cache_file, stop_event
 from host.service import HostService
 from models.manifest import Manifest, ModelError, resolve
 
@@ -26,6 +27,7 @@ class Node:
         self._inbox = Inbox(session)
         self._inbox.on("host/embed_text", EmbedText, lambda request, exchange: self.service.embed_text(request))
         self._inbox.on("host/search", Search, lambda request, exchange: self.service.search(request))
+        self._inbox.on("host/optimize", Optimize, lambda request, exchange: self.service.optimize(request))
         self._alive = declare_alive(session, f"host/alive/{identity}")
 
     def run(self, stop):
@@ -51,7 +53,10 @@ def main(arguments=None):
         manifest = Manifest.load(resolve(options.model) if options.model else resolve())
         manifest.verify()
         with open_session(link_config(options), stop) as session:
-            Node(session, TextTower(manifest), manifest, options.id).run(stop)
+            tower = TextTower(manifest)
+            tower.open()  # its robots wait one second for an answer
+            prompts = PromptMemory(tower.encode, manifest.digest, manifest.dim, cache_file("prompts.db"))
+            Node(session, prompts, manifest, options.id).run(stop)
     except (LinkError, ModelError) as error:
         parser.exit(2, f"vlpg host: {error}\n")
 

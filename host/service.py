@@ -1,4 +1,4 @@
-"""What the host does for robots: encode text, and search what they remember. No sockets, no clocks."""
+"""What the host does for robots: encode text, search and straighten what they remember. No sockets, no clocks."""
 
 import numpy as np
 
@@ -9,11 +9,14 @@ from edge.link.requests import (
     EmbedTextReply,
     Graph,
     GraphReply,
+    Optimize,
+    OptimizeReply,
     RequestError,
     Search,
     SearchReply,
 )
 from edge.perception.prompts import contrast
+from host.pose_graph import GraphError, optimise
 from host.replica import Replica
 
 
@@ -37,6 +40,17 @@ class HostService:
                 "digest",
             )
         return EmbedTextReply(Array.of(np.asarray(self._tower.encode(request.texts), np.float32)))
+
+    def optimize(self, request: Optimize) -> OptimizeReply:
+        """Raises RequestError for a graph that has no unique solution."""
+        arrays = (request.ids, request.poses, request.edges, request.transforms, request.information)
+        try:
+            poses, covariances = optimise(*(array.numpy() for array in arrays))
+        except GraphError as error:
+            raise RequestError(str(error), "edges") from error
+        except ModuleNotFoundError as error:
+            raise RequestError("this host lacks GTSAM; install vlpg-edge[host] there") from error
+        return OptimizeReply(Array.of(poses), Array.of(covariances))
 
     def search(self, request: Search) -> SearchReply:
         """Brings the copy of the robot's memory up to date, or does without, and searches it ([V] Eq. 2).

@@ -1,8 +1,14 @@
-"""Two zenoh sessions on the loopback interface that see nobody but each other."""
+"""Two zenoh sessions on the loopback interface that see nobody but each other, and a cache that is nobody's."""
 
 import socket
 
 import pytest
+
+
+@pytest.fixture(autouse=True)
+def nobodys_cache(tmp_path, monkeypatch):
+    """No test, and no process that it starts, reads or writes the user's cache."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 
 @pytest.fixture

@@ -22,13 +22,15 @@ app = typer.Typer(
 )
 models_app = typer.Typer(help="The encoders that are at hand.", no_args_is_help=True)
 eval_app = typer.Typer(help="Measure how well the whole system, or a part of it, does.", no_args_is_help=True)
+bench_app = typer.Typer(help="Measure speed and memory on this machine.", no_args_is_help=True)
 app.add_typer(models_app, name="models")
+app.add_typer(bench_app, name="bench")
 app.add_typer(eval_app, name="eval")
 
 # For commands whose module reads its own arguments, --help included.
 _PASSED_ON = {"allow_extra_args": True, "ignore_unknown_options": True}
 
-NOT_FOUND, MISTAKE, INTERRUPTED = 1, 2, 130  # exit codes
+NOT_FOUND, DIFFERS, MISTAKE, INTERRUPTED = 1, 1, 2, 130  # exit codes
 
 _LINK_FLAGS = ("--connect", "-e", "--listen", "-l", "--mode", "-m", "--config", "-c", "--no-multicast-scouting")
 
@@ -102,6 +104,18 @@ def eval_find(context: typer.Context) -> None:
 def eval_encoder(context: typer.Context) -> None:
     """Name pictures of objects the encoder was never trained on (vlpg eval encoder --help)."""
     _become("tools.eval.encoder", context.args)
+
+
+@eval_app.command("graph", context_settings=_PASSED_ON, add_help_option=False)
+def eval_graph(context: typer.Context) -> None:
+    """Straighten the graph of a robot that drifts (vlpg eval graph --help)."""
+    _become("tools.eval.graph", context.args)
+
+
+@bench_app.command("encoder", context_settings=_PASSED_ON, add_help_option=False)
+def bench_encoder(context: typer.Context) -> None:
+    """Time and weigh the image tower beside its float32 peers (vlpg bench encoder --help)."""
+    _become("tools.bench.encoder", context.args)
 
 
 @app.command()
@@ -251,14 +265,25 @@ def models_remove(name: Annotated[str, typer.Argument(help="one of your own mode
 
 
 @models_app.command("verify")
-def models_verify(name: Annotated[str | None, typer.Argument(help="a model's name or folder; default: all")] = None):
-    """Check every file of a model against its manifest's sha256."""
+def models_verify(
+    name: Annotated[str | None, typer.Argument(help="a model's name or folder; default: all")] = None,
+    files_only: Annotated[bool, typer.Option("--files-only", help="do not measure anything again")] = False,
+) -> None:
+    """Check a model's files by sha256, measure it again, and compare with its card. Exit code 1: something differs."""
     from models.manifest import ModelError
+    from tools.models.probe_process import ProbeFailed
+    from tools.models.verify import HEADER, sound, verify
 
-    with _explained(ModelError):
+    differs = False
+    with _explained(ModelError, ProbeFailed):
         for manifest in _manifests(name):
             manifest.verify()
             typer.echo(f"{manifest.name}: {len(manifest.files)} files as in the manifest")
+            if not files_only:
+                rows = verify(manifest)
+                typer.echo("\n".join([HEADER, *map(str, rows)]))
+                differs |= not sound(rows)
+    raise typer.Exit(DIFFERS if differs else 0)
 
 
 def _manifests(name: str | None):

@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from edge.link.alive import Watch
 from edge.link.exchange import NoAnswer, ask
 from edge.link.requests import EmbedText, EmbedTextReply, RequestError
+from edge.memory.prompts import PromptMemory
 
 Mode = Literal["host", "never", "auto"]
 
@@ -24,18 +26,19 @@ class OffloadConfig:
 class OffloadedEncoder:
     """An encoder whose image side is on board and whose text side is the host's or, if need be, its own.
 
-    Everything but ``encode_text`` is the given encoder's. Modes: ``host`` never loads the text tower, ``never`` does
-    not ask a host, and ``auto`` asks one that is alive and answers in time, else loads the tower and goes on.
+    Everything but ``encode_text`` is the given encoder's. A prompt that was encoded before, here or by a host, is
+    remembered; for others there are modes: ``host`` never opens the text tower, ``never`` does not ask a host, and
+    ``auto`` asks one that is alive and answers in time, else opens the tower and goes on.
 
     Searching the robot's own memory is never offloaded: it takes less time than a round trip.
     """
 
-    def __init__(self, session, encoder, mode: Mode, load_text, config=None):
-        """``load_text()`` returns an object with ``encode(texts) -> (N, D)``; called once, when first needed."""
+    def __init__(self, session, encoder, mode: Mode, tower, prompts: Path | None = None, config=None):
+        """``tower.encode(texts) -> (N, D)`` is the robot's own; ``prompts`` is the file of ``PromptMemory``."""
         self.mode = mode
         self.config = config or OffloadConfig()
-        self._session, self._encoder, self._load_text = session, encoder, load_text
-        self._tower = None
+        self._session, self._encoder, self._tower = session, encoder, tower
+        self._prompts = PromptMemory(self._encode_new, encoder.digest, encoder.dim, prompts)
         self._watch = Watch(session, "host/alive/*") if mode != "never" else None
         self._not_before = -np.inf  # s, monotonic
 
@@ -52,8 +55,11 @@ class OffloadedEncoder:
     def encode_text(self, texts):
         """Prompts to ``(N, D)`` float32 unit rows.
 
-        Raises RequestError when the mode is ``host`` and no host answers, or it runs another encoder.
+        Raises RequestError when a prompt is new, the mode is ``host``, and no host answers or it runs another encoder.
         """
+        return self._prompts.encode(texts)
+
+    def _encode_new(self, texts):
         if self.mode == "host":
             if not self.host_alive:
                 raise RequestError("no host is there to encode text; start `vlpg host`, or use --offload auto")
@@ -63,8 +69,6 @@ class OffloadedEncoder:
                 return self._ask(texts)
             except RequestError:  # slow, dying, or of another version: the robot goes on alone
                 self._not_before = time.monotonic() + self.config.patience
-        if self._tower is None:
-            self._tower = self._load_text()
         return self._tower.encode(texts)
 
     def _ask(self, texts):

@@ -155,7 +155,7 @@ class GraphReply(Body):
     vectors: Vectors | None = None
 
 
-# On the host: `host/embed_text`, `search`.
+# On the host: `host/embed_text`, `search`, `optimize`.
 
 
 class EmbedText(Body):
@@ -167,6 +167,21 @@ class EmbedText(Body):
 
 class EmbedTextReply(Body):
     vectors: Array  # (N, D) float32
+
+
+class Optimize(Body):
+    """Which poses agree best with everything that was measured between the nodes?"""
+
+    ids: Array  # (N,) int64
+    poses: Array  # (N, 3) float64, as they are now
+    edges: Array  # (E, 2) int64 ids
+    transforms: Array  # (E, 3) float64, the second node seen from the first
+    information: Array  # (E, 3, 3) float64
+
+
+class OptimizeReply(Body):
+    poses: Array  # (N, 3) float64
+    covariances: Array  # (N, 3, 3) float64
 
 
 class Search(Body):

@@ -75,6 +75,11 @@ class Localizer:
                 self._correct(scan, grid)
         return self.pose(odom)
 
+    def move(self, before: np.ndarray, after: np.ndarray) -> None:
+        """Go along with a node near the robot whose pose (3,) ``before`` was corrected to ``after``."""
+        mean = compose(after, between(before, self._belief.mean))
+        self._belief = PoseBelief(mean, self._belief.covariance)
+
     def relocalize(self, scan: LaserScan, grid: OccupancyGrid, radius: float | None = None) -> bool:
         """Looks for the robot within ``radius`` [m] of where it should be, or in the whole map; True when found.
 

@@ -11,6 +11,7 @@ from edge.mapping.depth_view import DepthView, DepthViewConfig
 from edge.mapping.grid import GridFrame
 from edge.mapping.log_odds import LogOddsConfig
 from edge.mapping.rays import draw_rays, fill_fan
+from edge.mapping.warp import sources, warped
 from edge.observation import LaserScan
 from edge.pose import transform
 
@@ -170,6 +171,17 @@ class OccupancyGrid:
     def traversable(self, radius: float) -> np.ndarray:
         """Free cells where a disc of ``radius`` [m] touches nothing known, bool ``(H, W)``, read-only."""
         return self._cached(("traversable", radius), lambda: self.free & (self.clearance() >= radius))
+
+    def move(self, before: np.ndarray, after: np.ndarray) -> None:
+        """Moves what is mapped along with nodes whose poses ``before`` (N, 3) were corrected to ``after`` (N, 3)."""
+        if not len(before):
+            return
+        reach = int(np.abs(after - before)[:, :2].max() / self.resolution) + self.config.chunk // 4
+        self._grow(self._corner - reach, self._corner + self._lidar.shape + reach)
+        column, row = sources(self.frame, before, after)
+        layers = self._lidar, self._depth, self._contact
+        self._lidar, self._depth, self._contact = (warped(layer, column, row) for layer in layers)
+        self._changed()
 
     def to_bytes(self) -> bytes:
         """The map as bytes (see ``map_bytes``), for ``from_bytes``."""

@@ -3,13 +3,14 @@
 import sqlite3
 from pathlib import Path
 
-SCHEMA = 1
+SCHEMA = 2
+READABLE = ("1", "2")  # 1 had no scans
 PER_NODE = 4  # most embeddings of one node; embedding.id = PER_NODE * node + region
 
 _TABLES = """
 CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE node(id INTEGER PRIMARY KEY, stamp REAL NOT NULL, x REAL NOT NULL, y REAL NOT NULL, theta REAL NOT NULL,
-    covariance BLOB NOT NULL, superseded_by INTEGER, keyframe BLOB);
+    covariance BLOB NOT NULL, superseded_by INTEGER, keyframe BLOB, scan BLOB);
 CREATE TABLE embedding(id INTEGER PRIMARY KEY, bearing REAL NOT NULL, scale REAL NOT NULL, vector BLOB NOT NULL);
 CREATE TABLE edge(id INTEGER PRIMARY KEY, i INTEGER NOT NULL, j INTEGER NOT NULL, dx REAL NOT NULL, dy REAL NOT NULL,
     dtheta REAL NOT NULL, information BLOB NOT NULL, kind TEXT NOT NULL);
@@ -49,6 +50,7 @@ def connect(path, encoder_name, encoder_digest, dim):
             db.execute("COMMIT")
         else:
             _check(db, path, wanted)
+            _upgrade(db)
             db.execute("PRAGMA journal_mode=WAL")
         # NORMAL: a power cut may lose the last commits, never the file. A small cache and a small log, because both
         # count against the budget of 1.5 (RAM) and 2.5 (disk) bytes per embedding byte.
@@ -71,9 +73,9 @@ def _check(db, path, wanted):
     if verdict != "ok":
         raise sqlite3.DatabaseError(verdict.splitlines()[-1])
     meta = dict(db.execute("SELECT key, value FROM meta"))
-    if meta.get("schema") != wanted["schema"]:
+    if meta.get("schema") not in READABLE:
         raise StoreError(
-            f"{path} has schema {meta.get('schema')}, and this version reads {SCHEMA}; "
+            f"{path} has schema {meta.get('schema')}, and this version reads {' and '.join(READABLE)}; "
             "open it with the version that made it"
         )
     if any(meta.get(key) != wanted[key] for key in ("encoder", "digest", "dim")):
@@ -83,3 +85,12 @@ def _check(db, path, wanted):
             f"and this is {wanted['encoder']} ({wanted['digest'][:12]}, {wanted['dim']}-d); "
             f"run `vlpg reindex {path}`, or choose the store's encoder"
         )
+
+
+def _upgrade(db):
+    """A store of an older schema to this one, in one transaction."""
+    if db.execute("SELECT value FROM meta WHERE key='schema'").fetchone()[0] == "1":
+        db.execute("BEGIN IMMEDIATE")
+        db.execute("ALTER TABLE node ADD COLUMN scan BLOB")
+        db.execute("UPDATE meta SET value=? WHERE key='schema'", (str(SCHEMA),))
+        db.execute("COMMIT")

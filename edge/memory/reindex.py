@@ -5,7 +5,7 @@ import sqlite3
 from pathlib import Path
 from typing import NamedTuple
 
-from edge.memory.database import PER_NODE, SCHEMA, StoreError, connect
+from edge.memory.database import PER_NODE, READABLE, StoreError, connect
 from edge.memory.vectors import quantize
 
 
@@ -47,14 +47,15 @@ def reindex(path, encoder_name, encoder_digest, dim, embed):
 def _copy(db, path, embed):
     db.execute("ATTACH DATABASE ? AS old", (str(path),))
     schema = dict(db.execute("SELECT key, value FROM old.meta")).get("schema")
-    if schema != str(SCHEMA):
-        raise StoreError(f"{path} has schema {schema}, and this version reads {SCHEMA}")
+    if schema not in READABLE:
+        raise StoreError(f"{path} has schema {schema}, and this version reads {' and '.join(READABLE)}")
     answering = "FROM old.node WHERE superseded_by IS NULL AND keyframe IS NOT NULL"
     if db.execute(f"SELECT count(*) {answering}").fetchone()[0] == 0:
         raise StoreError(f"{path} kept no pictures to look at again; move it away and map the home anew")
     db.execute("BEGIN")
     for table in ("node", "edge", "map"):
-        db.execute(f"INSERT INTO main.{table} SELECT * FROM old.{table}")
+        columns = ", ".join(row[1] for row in db.execute(f"PRAGMA old.table_info({table})"))
+        db.execute(f"INSERT INTO main.{table}({columns}) SELECT {columns} FROM old.{table}")
     withdrawn = db.execute(
         "UPDATE main.node SET superseded_by = id WHERE superseded_by IS NULL AND keyframe IS NULL"
     ).rowcount

@@ -87,7 +87,7 @@ class Vlpg:
         """Ids ``(N,)`` int64 of the nodes that answer queries."""
         return np.flatnonzero(self._alive[: self._count])
 
-    def add(self, stamp, pose, covariance, vectors, bearings, keyframe=None):
+    def add(self, stamp, pose, covariance, vectors, bearings, keyframe=None, scan=None):
         """Offers a view; the gate decides whether it becomes a node.
 
         Args:
@@ -97,6 +97,7 @@ class Vlpg:
             vectors: (R, D) unit rows, R from 1 to 4; row 0 is the whole picture, the others its regions.
             bearings: (R,) rad from the heading, left positive.
             keyframe: JPEG bytes of the view, kept for ``vlpg reindex`` and for people to look at; or None.
+            scan: the lidar scan there, packed by ``scan_bytes``, for loop closures; or None.
 
         Returns the new node's id, or None when the gate refused the view. A node is linked to the one admitted before
         it, and replaces nodes at (nearly) the same pose that disagree with it.
@@ -119,8 +120,8 @@ class Vlpg:
         matrix, scales = quantize(vectors)
         self._begin()
         self._db.execute(
-            "INSERT INTO node(id, stamp, x, y, theta, covariance, keyframe) VALUES (?, ?, ?, ?, ?, ?, ?)",
-            (node, float(stamp), *pose.tolist(), _pack(covariance), keyframe),
+            "INSERT INTO node(id, stamp, x, y, theta, covariance, keyframe, scan) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+            (node, float(stamp), *pose.tolist(), _pack(covariance), keyframe, scan),
         )
         self._db.executemany(
             "INSERT INTO embedding VALUES (?, ?, ?, ?)",
@@ -149,6 +150,10 @@ class Vlpg:
         or with NaN.
         """
         return self._vectors.search(direction, k)
+
+    def cosines(self, ids, vectors):
+        """Cosines ``(N, R)`` of ``vectors (R, D)`` with the regions of nodes that answer, rank by rank."""
+        return self._vectors.cosines(self._known(ids), vectors)
 
     def poses(self, ids):
         """Poses ``(N, 3)`` of nodes, superseded ones too. Raises IndexError for an id that does not exist."""
@@ -217,6 +222,10 @@ class Vlpg:
     def keyframe(self, node):
         """JPEG bytes of the view of ``node``, or None when none was kept."""
         return self._node(int(self._known([node])[0]), "keyframe")
+
+    def scan(self, node):
+        """The packed scan of ``node`` (see ``scan_bytes``), or None when none was kept."""
+        return self._node(int(self._known([node])[0]), "scan")
 
     def superseded_by(self, node):
         """Id of the node that replaced ``node`` (its own id when withdrawn by hand), or None while it answers."""

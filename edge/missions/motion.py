@@ -23,8 +23,8 @@ class MotionConfig:
     turn_tolerance: float = np.radians(2.0)  # rad
     margin: float = 0.07  # m kept beyond the robot's radius where the way is wide enough
     replan_every: float = 1.0  # s; the map grows while the robot drives
-    progress: float = 0.10  # m or half that in rad; less than this in `patience` means that the robot is stuck
-    patience: float = 6.0  # s
+    progress: float = 0.10  # m; less than this in `patience` means that the robot is stuck
+    patience: float = 6.0  # s; a full turn at the end, where the way gets no shorter, takes 5 s
 
 
 CONFIG = MotionConfig()
@@ -80,9 +80,8 @@ def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig
         if controller.arrived:
             yield STOP
             return True
-        remaining = length(path) + (0.5 * abs(wrap(heading - robot.pose[2])) if heading is not None else 0.0)
-        if remaining < nearest - config.progress:
-            nearest, moved = remaining, robot.stamp
+        if length(path) < nearest - config.progress:
+            nearest, moved = length(path), robot.stamp
         elif robot.stamp - moved > config.patience:
             return False
         yield twist

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from edge.camera import CameraModel
+from edge.memory.prompts import PromptMemory
 from edge.perception.preprocess import preprocess
 from edge.perception.session import open_session
 from edge.perception.text import TextTower
@@ -33,8 +34,9 @@ class Encoder:
 
     def __init__(self, manifest: Manifest, text: bool = True, threads: int = 1):
         self._manifest = manifest
-        self._image = open_session(manifest.folder / manifest.image.graph, threads)
-        self._text = TextTower(manifest, threads) if text else None
+        self._image = open_session(manifest.folder / manifest.image.graph, threads, frequent=True)
+        # In RAM only: what is measured with an encoder must not come from what another process left in a file.
+        self._text = PromptMemory(TextTower(manifest, threads).encode, manifest.digest, manifest.dim) if text else None
         self._threads = threads
         self._maps = [output.name for output in self._image.get_outputs()[1:]]
         self._saliency = None
@@ -43,7 +45,8 @@ class Encoder:
     def load(cls, folder: str | Path | None = None, text: bool = True, threads: int = 1) -> "Encoder":
         """The encoder in ``folder`` (a path or a name; None is the shipped one), verified against its sha256 sums.
 
-        ``text=False`` leaves out tokenizer and text tower (the host encodes prompts then).
+        ``text=False`` leaves out tokenizer and text tower (the host encodes prompts then); else the first prompt opens
+        them.
 
         Raises:
             ModelError: the folder or one of its files is missing or damaged.

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from edge.process import MemoryUse, pss
+from edge.process import MemoryUse, cache_file, pss
 
 
 def test_pss_lies_between_the_unique_and_the_resident_set():
@@ -69,3 +69,20 @@ print(pss() - before)
         for asked in ("no", "yes")
     ]
     assert kept[0] > 40 and kept[1] < 5
+
+
+@pytest.mark.parametrize(
+    ("environment", "expected"),
+    [
+        ({"XDG_CACHE_HOME": "/somewhere", "HOME": "/home/me"}, Path("/somewhere/vlpg/a.db")),
+        ({"XDG_CACHE_HOME": "relative", "HOME": "/home/me"}, Path("/home/me/.cache/vlpg/a.db")),
+        ({"HOME": "/home/me"}, Path("/home/me/.cache/vlpg/a.db")),
+        ({"HOME": "nowhere"}, None),
+    ],
+)
+def test_the_cache_is_where_the_xdg_specification_says(monkeypatch, environment, expected):
+    for name in ("XDG_CACHE_HOME", "HOME"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert cache_file("a.db") == expected

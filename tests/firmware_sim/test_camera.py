@@ -159,6 +159,15 @@ def test_walls_hide_what_is_behind_them(plan):
     assert camera.silhouette(pose, "it").sum() > 300
 
 
+def test_a_door_that_closes_hides_the_next_room(plan):
+    house = House.from_dict(plan, FURNITURE)
+    camera, pose = Camera(house, noise=False), np.array([3.0, 2.0, 0.0])
+    column = int(MODEL.centre[0])
+    assert camera.render(pose).depth[120, column] == pytest.approx(3.85, abs=0.02)
+    house.set_door(0, open=False)
+    assert camera.render(pose).depth[120, column] == pytest.approx(0.85, abs=0.02)
+
+
 def test_what_is_behind_the_camera_is_not_seen(hall):
     camera = Camera(hall(("it", "refrigerator", -0.4, -2.4, 0)), noise=False)
     assert not camera.silhouette(np.zeros(3), "it").any()

@@ -7,6 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from firmware_sim.house import House
+from firmware_sim.lidar import Lidar, LidarConfig
 from firmware_sim.placement import HouseError
 
 
@@ -155,6 +156,18 @@ def test_every_change_is_noticed(furnished):
     seen.append(furnished.revision)
     assert len(set(seen)) == 4
     assert furnished.objects["lamp-1"].elevation == 0.0
+
+
+def test_a_closed_door_is_a_wall_until_it_is_opened(empty):
+    pose, revision = np.array([3.0, 2.0, 0.0]), empty.revision
+    lidar = Lidar(empty, LidarConfig(), None)
+    assert lidar.scan(pose)[180] == pytest.approx(3.95)  # straight ahead, through the doorway, to the den's far wall
+    empty.set_door(0, open=False)
+    assert lidar.scan(pose)[180] == pytest.approx(0.95) and empty.revision > revision
+    empty.set_door(0, open=True)
+    assert lidar.scan(pose)[180] == pytest.approx(3.95)
+    with pytest.raises(HouseError, match="1 doors"):
+        empty.set_door(3, open=False)
 
 
 def test_a_refused_move_changes_nothing(furnished):

@@ -8,9 +8,10 @@ from models.manifest import SHIPPED, Manifest, ModelError, folders, resolve, use
 
 @pytest.fixture
 def folder(tmp_path):
-    """A copy of the shipped folder's small files: the manifest, and one file that it still lists."""
+    """A copy of the shipped folder's small files: the manifest with what it must have, and one file that it lists."""
     source = resolve()
     raw = json.loads((source / "manifest.json").read_text())
+    raw.pop("measured")
     kept = [entry for entry in raw["files"] if entry["name"] == "tokenizer.json"]
     (tmp_path / "manifest.json").write_text(json.dumps(raw | {"files": kept}))
     shutil.copy(source / "tokenizer.json", tmp_path)
@@ -30,8 +31,14 @@ def test_the_shipped_model_is_intact():
 
 def test_every_file_of_the_folder_but_manifest_and_card_is_listed():
     manifest = Manifest.load(resolve())
-    there = {path.name for path in manifest.folder.iterdir()} - {"manifest.json", "MODEL_CARD.md"}
+    there = {path.name for path in manifest.folder.iterdir() if path.suffix not in (".md", ".jpg")} - {"manifest.json"}
     assert there == {file.name for file in manifest.files}
+
+
+def test_what_need_not_be_stated_is_empty(folder):
+    manifest = Manifest.load(folder)
+    assert (manifest.measured, manifest.source, manifest.licence) == ({}, "", "")
+    assert all(isinstance(value, float) for value in Manifest.load(resolve()).measured.values())
 
 
 def test_a_missing_file_is_named(folder):

@@ -10,7 +10,7 @@ import numpy as np
 
 INSTALLED = Path("/usr/share/sweethome3d/furniture")  # where Debian's sweethome3d-furniture puts the libraries
 CATALOG = "PluginFurnitureCatalog.properties"
-PROVIDER_TAGS = {"Blend Swap", "Kator Legaz", "Scopia", "Reallusion"}  # say who made it, not what it is
+PROVIDER_TAGS = {"Blend Swap", "Kator Legaz", "Scopia", "Reallusion", "okh"}  # say who made it, not what it is
 
 
 @dataclass(frozen=True)

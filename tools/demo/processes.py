@@ -29,7 +29,8 @@ class Child:
                 stdin=subprocess.DEVNULL,
                 stdout=stream,
                 stderr=subprocess.STDOUT,
-                env=os.environ | ENVIRONMENT,
+                # A cache of its own: a run must not depend on what earlier ones left in the user's.
+                env=os.environ | ENVIRONMENT | {"XDG_CACHE_HOME": str(self.log.parent.resolve())},
                 start_new_session=True,  # Ctrl-C reaches the parent only, which then stops its children in order
                 preexec_fn=_die_with_parent,
             )

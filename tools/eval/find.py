@@ -1,180 +1,131 @@
-"""``vlpg eval find``: map homes, ask for everything in them, and count what was found and how well it was centred."""
+"""``vlpg eval find``: map homes, ask for what is in them by each method, and count what was found and how well."""
 
 import argparse
 import json
 import os
 import sys
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
-from math import degrees, radians
+from dataclasses import asdict
+from importlib.util import find_spec
 from pathlib import Path
 
-import numpy as np
-
-from edge.memory.store import Vlpg
-from edge.missions.find_object import FindObject
-from edge.missions.map_home import HomeMapped, MapHome
-from edge.perception.encoder import Encoder
-from edge.perception.prompts import Target
-from edge.pose import between
-from edge.robot import Robot
-from firmware_sim.house import HOMES, House
-from firmware_sim.world import World
-from tools.eval.judge import judge, sae
-from tools.eval.oracle import OracleEncoder
-
-# What the camera, 0.88 m high, can see: whatever stands lower than the top of its picture 1 m away.
-HIGHEST = 1.5  # m
+from firmware_sim.home import GENERATED
+from firmware_sim.house import HOMES, HouseError
+from tools.eval.campaign import HomeResult, Plan, run_homes
+from tools.eval.disturbance import DISTURBANCES
+from tools.eval.methods import METHODS
+from tools.eval.table import name_of, show, write_csv
 
 
-@dataclass(frozen=True, slots=True)
-class Episode:
-    """One question in one home."""
+def homes_named(text: str) -> list[str]:
+    """Homes from "handmade", "generated:A-B", or names, files and "generated:N" separated by commas.
 
-    noun: str
-    status: str  # what the robot says
-    success: bool  # what is true: it says found, and the object is in view
-    in_view: bool
-    angular_error: float  # rad; NaN when the home has no such object
-    duration: float  # s, simulated
-    distance: float  # m
-    contacts: int  # collisions
-    pose_error: float  # m, of the robot's own pose at the end
-
-
-@dataclass(frozen=True, slots=True)
-class HomeResult:
-    """All questions in one home."""
-
-    home: str
-    seed: int
-    encoder: str
-    mapped: HomeMapped
-    episodes: list[Episode]
-
-    @property
-    def success(self) -> float:
-        """Share of successful episodes."""
-        return sum(episode.success for episode in self.episodes) / len(self.episodes)
-
-    @property
-    def sae(self) -> float:
-        """Success weighted by angular error."""
-        return sae(*zip(*((episode.success, episode.angular_error) for episode in self.episodes)))
+    Raises HouseError when a range is none.
+    """
+    if text == "handmade":
+        return sorted(path.stem for path in HOMES.glob("*.json"))
+    homes = []
+    for part in text.split(","):
+        first, dash, last = part.removeprefix(GENERATED).partition("-")
+        if not (part.startswith(GENERATED) and dash):
+            homes.append(part)
+        elif first.isdecimal() and last.isdecimal() and int(first) <= int(last):
+            homes += [f"{GENERATED}{seed}" for seed in range(int(first), int(last) + 1)]
+        else:
+            raise HouseError(f"{part} is no range of homes; write {GENERATED}0-39")
+    return homes
 
 
-def nouns(house: House) -> list[str]:
-    """Names of the objects that stand on the floor or on furniture at a height that the camera sees."""
-    return sorted({thing.model.name.lower() for thing in house.objects.values() if thing.elevation < HIGHEST})
+def show_home(result: HomeResult) -> str:
+    """One line for each episode of a home."""
+    lines = [f"\n{result.home}: {result.mapped}; {show_memory([result])}"]
+    for e in result.episodes:
+        lines.append(
+            f"  {e.noun:24} {name_of(e):30} {'ok' if e.success else '--'} {e.status:13} {e.cause:26}"
+            f" {e.duration:6.1f} s {e.distance:5.1f} m {e.pose_error:5.2f} m off"
+        )
+    return "\n".join(lines)
 
 
-def run_home(home: str, encoder_name: str, seed: int, every: int = 1) -> HomeResult:
-    """Map one home and ask for ``every`` so many-th of its nouns, each from where the last one ended."""
-    house = House.load(home)
-    world = World(house, seed)
-    encoder = OracleEncoder(world) if encoder_name == "oracle" else Encoder.load()
-    robot = Robot(encoder, Vlpg.open(":memory:", encoder.name, encoder.digest, encoder.dim), world.config.camera_model)
-    mapping = MapHome(robot)
-    run(world, mapping)
-    episodes = []
-    for noun in nouns(house)[::every]:
-        episodes.append(ask(world, robot, noun, seed))
-        print(f"{home}: {noun}: {episodes[-1].status}, {_truth(episodes[-1])}", file=sys.stderr, flush=True)
-    return HomeResult(house.name, seed, encoder.name, mapping.outcome, episodes)
-
-
-def ask(world: World, robot: Robot, noun: str, seed: int) -> Episode:
-    """One episode, judged where the robot comes to rest."""
-    contacts = world.contacts
-    mission = FindObject(robot, Target.of(noun, robot.encoder), seed=seed)
-    run(world, mission)
-    outcome, verdict = mission.outcome, judge(world, noun)
-    return Episode(
-        noun,
-        outcome.status,
-        outcome.status == "found" and verdict.in_view,
-        verdict.in_view,
-        verdict.angular_error,
-        outcome.duration,
-        outcome.distance,
-        world.contacts - contacts,
-        float(np.hypot(*between(robot.pose, between(world.house.start, world.truth))[:2])),
-    )
-
-
-def run(world: World, mission) -> None:
-    """Lock-step until the mission is done and the robot stands still."""
-    observation = world.step(None)
-    while not mission.done or abs(observation.twist).max() > 0.02:
-        observation = world.step(mission.step(observation))
-
-
-def run_homes(homes: list[str], encoder_name: str, seed: int, every: int, jobs: int) -> Iterator[HomeResult]:
-    """Results as they come, from ``jobs`` processes."""
-    with ProcessPoolExecutor(jobs) as pool:
-        futures = [pool.submit(run_home, home, encoder_name, seed, every) for home in homes]
-        for future in as_completed(futures):
-            yield future.result()
-
-
-def show(results: list[HomeResult]) -> None:
-    """Print each episode, each home, and all together."""
-    for result in results:
-        print(f"\n{result.home}, {result.encoder} encoder, seed {result.seed}: {result.mapped}")
-        for e in result.episodes:
-            print(
-                f"  {e.noun:24s} {'ok' if e.success else '--':3s} {e.status:14s} {_truth(e):12s}"
-                f" {degrees(e.angular_error):6.1f} deg {e.duration:6.1f} s {e.distance:5.1f} m {e.pose_error:5.2f} off"
-            )
-    print(f"\n{'home':14s} {'objects':>7s} {'success':>8s} {'SAE':>5s} {'claims right':>13s} {'median error':>13s}")
-    for result in results:
-        print(_row(result.home, result.episodes))
-    print(_row("all", [episode for result in results for episode in result.episodes]))
-
-
-def _truth(episode: Episode) -> str:
-    return "in view" if episode.in_view else "not in view"
-
-
-def _row(name: str, episodes: list[Episode]) -> str:
-    claims = [episode for episode in episodes if episode.status == "found"]
-    right = sorted(episode.angular_error for episode in claims if episode.success)
-    median = right[len(right) // 2] if right else radians(180)
-    successes = [episode.success for episode in episodes]
-    weighted = sae(successes, [episode.angular_error for episode in episodes])
-    return (
-        f"{name:14s} {len(episodes):7d} {sum(successes) / len(episodes):8.1%} {weighted:5.2f}"
-        f" {f'{len(right)} of {len(claims)}':>13s} {degrees(median):9.1f} deg"
-    )
+def show_memory(results: list[HomeResult]) -> str:
+    """What the graph weighs against a dense map of the same homes."""
+    ours, dense = (sum(getattr(result, name) for result in results) for name in ("memory", "dense"))
+    return f"VLPG {ours / 1e6:.2f} MB, a VLMaps grid {dense / 1e6:.0f} MB, {dense / ours:.0f} times as much"
 
 
 def main(arguments: list[str] | None = None) -> None:
     """``vlpg eval find``."""
     parser = argparse.ArgumentParser(prog="vlpg eval find", description=__doc__.split(": ", 1)[1])
-    parser.add_argument("--homes", default="handmade", help="'handmade' (all of them), or names, comma-separated")
-    parser.add_argument("--encoder", choices=["shipped", "oracle"], default="shipped")
-    parser.add_argument("--seed", type=int, default=0, help="of every source of noise")
     parser.add_argument(
-        "--every", type=int, default=1, metavar="N", help="ask for every N-th object only: a quick look"
+        "--homes", default="handmade", help="handmade (all of them), generated:0-39, or names, comma-separated"
     )
+    parser.add_argument("--encoder", choices=["shipped", "oracle"], default="shipped")
+    parser.add_argument(
+        "--methods", default="vlpg-nav", metavar="M,…", help=f"all, or some of {', '.join(METHODS)} (default: vlpg-nav)"
+    )
+    parser.add_argument(
+        "--objects", type=int, metavar="N", help="ask for N things a home that its tour had in view (default: for all)"
+    )
+    parser.add_argument(
+        "--disturb",
+        default="",
+        metavar="D,…",
+        help=f"also ask after all, or some, of these happened: {', '.join(DISTURBANCES)}",
+    )
+    parser.add_argument("--search", action="store_true", help="look even for what does not seem to be in memory")
+    parser.add_argument("--seed", type=int, default=0, help="of every source of noise")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="homes at a time (default: one a core)")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write all episodes there, too")
+    parser.add_argument("--ray", metavar="ADDRESS", help="run the homes on the Ray cluster there (extra `cluster`)")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="keep each home's result there, and go on from it")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write all episodes there")
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="the same as a table")
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="draw success and SAE of the methods")
     options = parser.parse_args(arguments)
-    if options.every < 1:
-        parser.error("--every must be at least 1")
-    if options.homes == "handmade":
-        homes = sorted(path.stem for path in HOMES.glob("*.json"))
-    else:
-        homes = options.homes.split(",")
-    results = []
-    for result in run_homes(homes, options.encoder, options.seed, options.every, options.jobs):
-        print(f"{result.home}: {result.success:.1%} of {len(result.episodes)} found", flush=True)
-        results.append(result)
-    results.sort(key=lambda result: homes.index(result.home))
-    show(results)
+    methods = tuple(METHODS) if options.methods == "all" else tuple(options.methods.split(","))
+    unknown = set(methods) - set(METHODS)
+    if unknown:
+        parser.error(f"there is no method {sorted(unknown)[0]}; there are {', '.join(METHODS)}")
+    disturbances = tuple(DISTURBANCES) if options.disturb == "all" else tuple(filter(None, options.disturb.split(",")))
+    unknown = set(disturbances) - set(DISTURBANCES)
+    if unknown:
+        parser.error(f"there is no disturbance {sorted(unknown)[0]}; there are {', '.join(DISTURBANCES)}")
+    if options.objects is not None and options.objects < 1 or options.jobs < 1:
+        parser.error("--objects and --jobs must be at least 1")
+    if options.ray and find_spec("ray") is None:
+        parser.error("--ray needs Ray; pip install 'vlpg-edge[cluster]'")
+    try:
+        plan = Plan(methods, options.encoder, options.objects, ("", *disturbances), options.search, options.seed)
+        results = _run(homes_named(options.homes), plan, options)
+    except HouseError as error:
+        parser.exit(2, f"vlpg eval find: {error}\n")
+    except KeyboardInterrupt:
+        parser.exit(130, "\nvlpg eval find: stopped; with --out, the same command goes on from what is done\n")
+    print("\n".join(map(show_home, results)))
+    episodes = [episode for result in results for episode in result.episodes]
+    print(f"\n{options.encoder} encoder, {len(results)} homes, seed {options.seed}\n{show(episodes)}")
+    print(show_memory(results))
     if options.json:
         options.json.write_text(json.dumps([asdict(result) for result in results], indent=1))
+    if options.csv:
+        write_csv(episodes, options.csv)
+    if options.picture:
+        from tools.eval.chart import draw  # late: it brings a plotting library
+
+        draw(episodes, options.picture)
+
+
+def _run(homes: list[str], plan: Plan, options) -> list[HomeResult]:
+    from rich.console import Console
+    from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    results = []
+    columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(file=sys.stderr)) as progress:
+        done = run_homes(homes, plan, options.jobs, options.out, options.ray)
+        for result in progress.track(done, len(homes), description="homes"):
+            right = sum(episode.success for episode in result.episodes)
+            progress.console.print(f"{result.home}: {right} of {len(result.episodes)} right")
+            results.append(result)
+    return sorted(results, key=lambda result: result.home)
 
 
 if __name__ == "__main__":

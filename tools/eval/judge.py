@@ -36,7 +36,12 @@ def judge(world: World, noun: str) -> Verdict:
     return best
 
 
+def sae_terms(successes, angular_errors) -> list[float]:
+    """``S_i exp(-(error_i / 90 deg)^2)`` of each episode; errors in rad."""
+    return [exp(-((error / (pi / 2)) ** 2)) if success else 0.0 for success, error in zip(successes, angular_errors)]
+
+
 def sae(successes, angular_errors) -> float:
-    """Success weighted by angular error, mean of ``S_i exp(-(error_i / 90°)^2)`` over the episodes; errors in rad."""
-    terms = [exp(-((error / (pi / 2)) ** 2)) if success else 0.0 for success, error in zip(successes, angular_errors)]
+    """Success weighted by angular error, the mean of ``sae_terms``; NaN without an episode."""
+    terms = sae_terms(successes, angular_errors)
     return sum(terms) / len(terms) if terms else nan

@@ -62,9 +62,15 @@ class OracleEncoder:
         """Share of each cell's pixels ``(h, w)`` that belong to what ``direction (dim,)`` names."""
         return np.tensordot(np.maximum(direction[:-1], 0), view.features[0], axes=1)
 
+    def _kind(self, thing_id: str) -> int:
+        """The axis of what a thing is; of a kind that came into the home later, that of everything else."""
+        if thing_id not in self._noun_of:
+            self._noun_of[thing_id] = self._world.house.objects[thing_id].model.name.lower()
+        noun = self._noun_of[thing_id]
+        return self._nouns.index(noun) if noun in self._nouns else self.dim - 2
+
     def _counts(self, rows: slice, columns: slice) -> np.ndarray:
         """4 for each noun's pixels among every second one of the picture's, else 0: ``(rows, columns, nouns + 1)``."""
         instances = self._world.picture.instances[rows, columns]
-        nouns = [self._noun_of[thing_id] for thing_id in self._world.object_ids]
-        axis = np.array([self._nouns.index(noun) for noun in nouns] + [self.dim - 2])  # -1, no object, is the last one
+        axis = np.array([self._kind(thing) for thing in self._world.object_ids] + [self.dim - 2])  # -1 is no object
         return 4.0 * (axis[instances][..., None] == np.arange(self.dim - 1)).astype(np.float32)

@@ -1,1 +1,1 @@
-"""Encoders from elsewhere: fetched ready-made, or made out of other frameworks' models."""
+"""Encoders from elsewhere, fetched or made out of other frameworks' models; and what a model is measured by."""

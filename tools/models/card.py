@@ -34,6 +34,8 @@ In {homes} generated homes, 120 views each, {queries} queries by name: a view th
 {first:.0%} and among the first ten for {within10:.0%}. Grad-CAM's peak lies on the thing in {pointing:.0%} of
 {sightings} sightings; mean overlap of its box {iou:.2f}. `vlpg eval encoder --model {name}` measures it in more homes.
 
+A process with one tower takes at most {image_memory:g} MB (image) and {text_memory:g} MB (text).
+
 Relevance, sigmoid({slope:g} * cosine {offset:+g}), was fitted on views of other generated homes in which the truth is
 known. The homes are simulated; nothing here was measured on photographs.
 """
@@ -55,4 +57,5 @@ def write(manifest: Manifest, pair: Pair, versions: dict[str, Version], counts: 
         rows="\n".join(rows), least=LEAST, export=measured["export_error"], slope=manifest.relevance.slope,
         offset=manifest.relevance.offset, **counts,
         **{key: measured[key] for key in ("homes", "queries", "first", "within10", "pointing", "sightings", "iou")},
+        image_memory=measured["image_memory"], text_memory=measured["text_memory"],
     )  # fmt: skip

@@ -12,6 +12,7 @@ from edge.perception.preprocess import preprocess
 from models.manifest import Image, Manifest, resolve
 from tools.models import card, homes, quantization
 from tools.models.loading import loading
+from tools.models.measure import measure
 from tools.models.pair import IMAGE, SALIENCY, TEXT, TOKENIZER, Pair
 from tools.models.parity import PROMPTS, Truth
 from tools.models.quantization import Version
@@ -53,6 +54,7 @@ def import_pair(pair: Pair, name: str, report: Report = lambda line: None) -> Ma
         fields["relevance"] = homes.fit_relevance(Encoder.load(folder), homes.RELEVANCE, homes.VIEWS)
         write_manifest(folder, fields)
         fields["measured"] |= {"homes": len(MEASURED)} | evaluate_homes(Encoder.load(folder), MEASURED)
+        fields["measured"] |= measure(Manifest.load(folder))
         write_manifest(folder, fields)
         counts = {"pictures": PARITY, "prompts": len(PROMPTS)}
         (folder / "MODEL_CARD.md").write_text(card.write(Manifest.load(folder), pair, versions, counts))

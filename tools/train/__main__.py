@@ -9,7 +9,7 @@ os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
 from models.manifest import DEFAULT  # noqa: E402
 from tools.assets.catalog import INSTALLED  # noqa: E402
 
-STAGES = ("fetch", "render", "features", "train", "export", "quantize", "evaluate", "card")
+STAGES = ("fetch", "render", "features", "train", "export", "quantize", "reference", "evaluate", "card")
 
 
 def main() -> None:
@@ -20,12 +20,16 @@ def main() -> None:
     parser.add_argument("--model", type=Path, default=Path("models") / DEFAULT, help="folder of the finished model")
     options = parser.parse_args()
 
+    from tools.train.fetch import FetchError
     from tools.train.pipeline import Pipeline
 
     pipeline = Pipeline(options.furniture, options.work, options.model)
-    for stage in options.stages or STAGES:
-        print(f"{stage} …", flush=True)
-        getattr(pipeline, stage)()
+    try:
+        for stage in options.stages or STAGES:
+            print(f"{stage} …", flush=True)
+            getattr(pipeline, stage)()
+    except (FetchError, FileNotFoundError) as error:
+        parser.exit(2, f"python -m tools.train: {error}\n")
 
 
 if __name__ == "__main__":

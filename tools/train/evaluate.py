@@ -8,8 +8,9 @@ import numpy as np
 
 from edge.perception.detection import DetectorConfig, salient_box
 from edge.perception.encoder import Encoder
-from edge.perception.prompts import Target, contrast
+from edge.perception.prompts import Target
 from tools.assets.catalog import Entry, open_library
+from tools.eval.naming import Answer, Vocabulary, share
 from tools.train.homes import shoot
 from tools.train.words import noun
 
@@ -63,25 +64,24 @@ def render_held_out(libraries: dict[str, Path], folder: Path) -> None:
             cv2.imwrite(str(file), cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
 
 
-def evaluate_naming(encoder: Encoder, entries: list[Entry], folder: Path, trained: set[str]) -> Naming:
-    """Name every picture among all held-out names.
-
-    ``trained`` are the names that training used: their pictures are "seen" (the noun, never the model).
-    """
-    names = sorted({noun(entry) for entry in entries})
-    texts = encoder.encode_text([contrast(name)[0] for name in names])
-    ranks, seen = [], []
+def name_held_out(encoder: Encoder, entries: list[Entry], folder: Path) -> list[Answer]:
+    """Name every picture of ``render_held_out`` among all held-out names; in the order of ``entries`` and yaws."""
+    vocabulary = Vocabulary(encoder, sorted({noun(entry) for entry in entries}))
+    answers = []
     for entry in entries:
         for i in range(len(YAWS)):
-            rgb = cv2.cvtColor(cv2.imread(str(folder / f"{entry.id}.{i}.png")), cv2.COLOR_BGR2RGB)
-            ranking = np.argsort(-(texts @ encoder.encode_image(rgb).vectors[0]))
-            ranks.append(int(np.flatnonzero(ranking == names.index(noun(entry)))[0]))
-            seen.append(noun(entry) in trained)
-    ranks, seen = np.array(ranks), np.array(seen)
-    share = lambda hit, chosen: round(float(hit[chosen].mean()), 4)  # noqa: E731
-    everything = np.ones(len(ranks), bool)
-    values = [share(ranks < k, chosen) for chosen in (everything, seen, ~seen) for k in (1, 5)]
-    return Naming(*values, len(names), len(ranks))
+            picture = f"{entry.id}.{i}.png"
+            rgb = cv2.cvtColor(cv2.imread(str(folder / picture)), cv2.COLOR_BGR2RGB)
+            answers.append(vocabulary.ask(picture, rgb, (noun(entry),)))
+    return answers
+
+
+def score(answers: list[Answer], trained: set[str]) -> Naming:
+    """``trained`` are the names that training used: their pictures are "seen" (the noun, never the model)."""
+    seen = [answer for answer in answers if answer.truth in trained]
+    unseen = [answer for answer in answers if answer.truth not in trained]
+    values = [share(chosen, k) for chosen in (answers, seen, unseen) for k in (1, 5)]
+    return Naming(*values, len({answer.truth for answer in answers}), len(answers))
 
 
 def parity(quantized: Encoder, exact: Encoder, folder: Path) -> float:

@@ -20,7 +20,7 @@ from tools.train.vocabulary import Vocabulary
 class TrainConfig:
     """How the tower is trained; chosen on the validation models."""
 
-    steps: int = 1600
+    steps: int = 3400
     batch: int = 48  # scenes
     windows: int = 2  # a scene, beside the regions of the run time
     rate: float = 1e-3  # AdamW's, of head and neck; cosine to zero after a warm-up

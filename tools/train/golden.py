@@ -49,3 +49,19 @@ def write_golden(tower: ImageTower, pictures: list[np.ndarray], image: Image, en
         directions=directions,
         saliency=np.stack(saliency),
     )
+
+
+def write_preprocess_golden(pictures: list[np.ndarray], image: Image, path: Path) -> None:
+    """What training saw of ``pictures`` (of any sizes): every 16th row and column of the tower's input."""
+    seen = np.concatenate([preprocess(rgb, image) for rgb in pictures])[:, :, ::16, ::16]
+    named = {f"picture{i}": rgb for i, rgb in enumerate(pictures)}
+    np.savez_compressed(path, seen=seen, **named)
+
+
+def odd_sizes() -> list[np.ndarray]:
+    """RGB uint8 patches in sizes that shrink, enlarge, do both, and fit; and one picture of noise."""
+    pictures = []
+    for height, width in ((240, 320), (480, 640), (100, 150), (300, 150), (224, 288), (1, 1)):
+        y, x, channel = np.ogrid[:height, :width, :3]
+        pictures.append(((x // 5 * 37 + y // 7 * 59 + channel * 80) % 256).astype(np.uint8))
+    return [*pictures, np.random.default_rng(0).integers(0, 256, (60, 80, 3), dtype=np.uint8)]

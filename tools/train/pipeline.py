@@ -1,9 +1,12 @@
 """The stages of training, each resuming from the files that the ones before it left in the work folder."""
 
 import json
+import platform
 import shutil
+import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -17,20 +20,26 @@ from edge.perception.session import open_session
 from edge.perception.text import TextTower as RuntimeText
 from models.manifest import Image, Manifest
 from tools.assets.catalog import find_libraries
+from tools.bench import encoder as bench
+from tools.eval.encoder import evaluate_naming, evaluate_photographs
+from tools.models.measure import measure
+from tools.models.reference import NAME as REFERENCE
 from tools.train import card, evaluate, image_export, text_tower
 from tools.train.batches import Batches
 from tools.train.calibrate import logistic, presence
 from tools.train.features import Features, is_validation, make_chunks
 from tools.train.fetch import fetch
 from tools.train.finetune import TrainConfig, train
-from tools.train.golden import write_golden
+from tools.train.float_reference import HOME, make_reference
+from tools.train.golden import odd_sizes, write_golden, write_preprocess_golden
+from tools.train.homes import shoot
 from tools.train.image_tower import Front, Head, ImageTower, Neck, Trunk
 from tools.train.package import write_manifest
 from tools.train.scenes import SceneMaker
 from tools.train.sprites import LIBRARIES, load_sprites, render_library, training_entries
 from tools.train.validate import validate
 from tools.train.vocabulary import Vocabulary
-from tools.train.words import NOTHING, TEMPLATES, concept_vectors, imagenet_names, names, noun
+from tools.train.words import NOTHING, TEMPLATES, concept_vectors, imagenet_names, noun
 
 HEIGHT, WIDTH = 224, 288  # px: 7 x 9 deep cells, so that thirds fall between cells; 320 x 240 is stretched by 4 %
 REGIONS = ((0.0, 1.0), (0.0, 1 / 3), (1 / 3, 2 / 3), (2 / 3, 1.0))
@@ -39,7 +48,7 @@ SHARE = 0.5  # of the concepts in the fused vector; best of 0.2 … 0.65 on the 
 # Twice: without the validation models, to measure and calibrate; then from there with all of them, to ship.
 MEASURED = TrainConfig()
 SHIPPED = TrainConfig(steps=900, rate=4e-4, late_rate=5e-5, seed=1)
-TRAINING_CHUNKS, VALIDATION_CHUNKS = 40, 8  # of 500 scenes
+TRAINING_CHUNKS, VALIDATION_CHUNKS = 56, 8  # of 500 scenes
 CALIBRATION = 64  # pictures that set the int8 ranges
 CONTEXT = 128  # tokens
 
@@ -112,25 +121,41 @@ class Pipeline:
         self._text()
         for name in ("text.onnx", "text.onnx.data", "tokenizer.json"):
             shutil.copy(self.work / "text" / name, self.model)
+        (self.model / REFERENCE).unlink(missing_ok=True)  # that of other weights; the next stage makes it anew
         write_manifest(self.model, self._fields(self.model.name, report["relevance"], MEASURED.scale))
-        target = Path("tests/edge/perception/encoder_golden.npz")
-        write_golden(tower, self._pictures(6), self.image, Encoder.load(self.model), target)
+        tests = Path("tests/edge/perception")
+        views = [shot.rgb for shot in shoot(HOME, 6)[1]]  # of CC0 furniture: the file is committed
+        write_golden(tower, views, self.image, Encoder.load(self.model), tests / "encoder_golden.npz")
+        write_preprocess_golden(odd_sizes(), self.image, tests / "preprocess_golden.npz")
+
+    def reference(self) -> None:
+        """What the towers say in float32 on a few pictures and prompts, as a file of the finished model."""
+        text = text_tower.TextTower.load(self.fetched / "minilm")
+        tokenizer, held_out = self.model / "tokenizer.json", self.work / "held_out"
+        make_reference(self._trained_tower(), self.image, text, tokenizer, held_out).save(self.model)
+        self._rewrite_manifest(self.model)
 
     def evaluate(self) -> None:
-        """Held-out naming with the int8 model, and with the same model in float32."""
-        libraries, entries = find_libraries(self.furniture), training_entries(self.furniture)
-        trained = {name for entry in entries for name in names(entry)}
-        held, pictures = evaluate.held_out(libraries), self.work / "held_out"
-        evaluate.render_held_out(libraries, pictures)
-        results = {}
-        for kind, folder in (("int8", self.model), ("float32", self._float_model())):
-            result = evaluate.evaluate_naming(Encoder.load(folder), held, pictures, trained)
-            results[kind] = asdict(result)
-            print(kind, json.dumps(results[kind]))
-        results["parity"] = evaluate.parity(Encoder.load(self.model), Encoder.load(self._float_model()), pictures)
-        results["homes"] = evaluate.evaluate_homes(Encoder.load(self.model))
-        print(json.dumps({key: results[key] for key in ("parity", "homes")}))
-        (self.work / "evaluation.json").write_text(json.dumps(results, indent=2))
+        """All that the card says of the int8 model, beside the same in float32; and the card's pictures."""
+        pictures = self.work / "held_out"
+        shipped, exact = Encoder.load(self.model), Encoder.load(self._float_model())
+        results = {
+            "int8": evaluate_naming(shipped, self.furniture, pictures, self.model),
+            "float32": evaluate_naming(exact, self.furniture, pictures),
+            "parity": evaluate.parity(shipped, exact, pictures),
+            "homes": evaluate.evaluate_homes(shipped),
+            "photographs": evaluate_photographs(shipped, self.model),
+        }
+        manifest = Manifest.load(self.model)
+        with tempfile.TemporaryDirectory() as folder:
+            results["peers"] = [asdict(peer) for peer in bench.measure(bench.peers(manifest, Path(folder))[0])]
+        runtimes = f"ONNX Runtime {version('onnxruntime')}, PyTorch {version('torch')}"
+        results["machine"] = f"On {platform.machine()}, {runtimes}"
+        (self.work / "evaluation.json").write_text(json.dumps(results, indent=1))
+        print(json.dumps({key: value for key, value in results.items() if key != "photographs"}))
+        quality = {key: results["int8"][key] for key in ("top1", "top5")} | {"top5_float32": results["float32"]["top5"]}
+        quality |= {key: results["homes"][key] for key in ("first", "within10", "pointing", "iou")}
+        self._rewrite_manifest(self.model, measured=measure(manifest) | quality)
 
     def card(self) -> None:
         validation = json.loads((self.work / "validation.json").read_text())
@@ -194,7 +219,7 @@ class Pipeline:
         return {"scores": asdict(score), "config": asdict(MEASURED), "relevance": relevance}
 
     def _pictures(self, count: int) -> list[np.ndarray]:
-        """Scenes of the training models for int8 ranges and the golden file, the same each time."""
+        """Scenes of the training models for int8 ranges, the same each time."""
         entries = training_entries(self.furniture)[::3]
         maker = SceneMaker(entries, [load_sprites(self.work / "sprites", entry) for entry in entries], seed=1)
         scenes = [maker.close_up(i * 3 % len(entries)) if i % 2 else maker.view(1 + i % 5) for i in range(count)]
@@ -206,9 +231,13 @@ class Pipeline:
         shutil.copytree(self.model, folder, dirs_exist_ok=True)
         (folder / "image.onnx.data").unlink(missing_ok=True)
         shutil.copy(self.work / "export" / "image_float.onnx", folder / "image.onnx")
-        fields = json.loads((self.model / "manifest.json").read_text())
-        write_manifest(folder, {key: value for key, value in fields.items() if key != "files"})
+        self._rewrite_manifest(folder)
         return folder
+
+    def _rewrite_manifest(self, folder: Path, **changes) -> None:
+        """Of a finished model: with other fields, or because its files are others."""
+        fields = json.loads((folder / "manifest.json").read_text()) | changes
+        write_manifest(folder, {key: value for key, value in fields.items() if key != "files"})
 
     def _fields(self, name: str, relevance: dict, scale: float) -> dict:
         """The manifest without its files."""

@@ -13,6 +13,7 @@ from tools.train.words import noun
 
 CAMERA = CameraModel()
 ENLARGED = 0.45  # share of the views that are a part of a picture, as when the robot looks more closely
+RECOLOURED = 0.4  # share of the things that get another colour
 CELLS = (14, 18)  # rows, columns of the presence map: the detail map's own cells
 
 
@@ -88,9 +89,9 @@ class SceneMaker:
                 continue
             x, y = shift
             alpha = rgba[..., 3:].astype(np.float32) / 255
-            tint = rng.uniform(0.75, 1.2) * rng.uniform(0.94, 1.06, 3)
+            tint = _tint(rng)
             part = np.s_[y : y + rgba.shape[0], x : x + rgba.shape[1]]
-            image[part] = image[part] * (1 - alpha) + np.clip(rgba[..., :3] * tint, 0, 255) * alpha
+            image[part] = image[part] * (1 - alpha) + np.clip(rgba[..., :3] @ tint, 0, 255) * alpha
             owner[part][rgba[..., 3] > 128] = number
         rgb = _shoot(image, rng)
         if enlarge:
@@ -106,6 +107,18 @@ class SceneMaker:
             visible[number] = mask.sum() / own[number]
         models = np.array([model for model, *_ in placed], np.int64)
         return Scene(rgb, models, presence, visible)
+
+
+def _tint(rng: np.random.Generator) -> np.ndarray:
+    """Matrix (3, 3) for rows of RGB: other light, and for some things another hue and saturation, as furniture comes
+    in any colour."""
+    tint = np.diag(rng.uniform(0.75, 1.2) * rng.uniform(0.94, 1.06, 3)).astype(np.float32)
+    if rng.random() < RECOLOURED:
+        grey = np.full((3, 3), 1 / 3)
+        turn = np.array([[0, -1, 1], [1, 0, -1], [-1, 1, 0]]) / np.sqrt(3)  # about the grey axis
+        angle, saturation = rng.normal(0, 1.0), rng.uniform(0.2, 1.4)
+        tint = (grey + saturation * (np.cos(angle) * (np.eye(3) - grey) + np.sin(angle) * turn)).T @ tint
+    return tint.astype(np.float32)
 
 
 def _shares(entries: list[Entry]) -> np.ndarray:

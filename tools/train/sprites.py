@@ -11,9 +11,10 @@ from tools.assets.catalog import Entry, find_libraries, open_library
 from tools.assets.obj_model import load_mesh
 from tools.assets.rasterizer import render
 
-# CC-BY, used as training data and not shipped. BlendSwap-CC-0 furnishes our homes: it must never be named here.
-LIBRARIES = ("BlendSwap-CC-BY", "KatorLegaz", "Scopia")
-VIEWS = 14  # pictures a model
+# CC-BY 3.0 and Free Art 1.3, used as training data and not shipped. BlendSwap-CC-0 furnishes our homes: it must never
+# be named here.
+LIBRARIES = ("BlendSwap-CC-BY", "KatorLegaz", "Scopia", "Contributions", "LucaPresidente")
+VIEWS = 28  # pictures a model
 SIDE = 232  # px, longer side; an object fills at most the height of the tower's input
 FRONT = -np.pi / 2  # azimuth of a viewer in front of the model
 
@@ -60,8 +61,14 @@ def load_sprites(folder: Path, entry: Entry) -> list[Sprite]:
 
 
 def training_entries(furniture: Path) -> list[Entry]:
-    """Catalog entries of all training libraries in ``furniture``."""
+    """Catalog entries of all training libraries in ``furniture``. Raises FileNotFoundError when one is missing."""
     libraries = find_libraries(furniture)
+    missing = [name for name in LIBRARIES if name not in libraries]
+    if missing:
+        raise FileNotFoundError(
+            f"{furniture} lacks {', '.join(missing)}: `apt-get install sweethome3d-furniture "
+            "sweethome3d-furniture-nonfree`, the latter from Debian's non-free component, or give the folder of both."
+        )
     return [entry for name in LIBRARIES for entry in open_library(libraries[name])]
 
 

@@ -27,6 +27,10 @@ _NOT_NAMES = frozenset(
     "electricity equipment accessory accessories summer winter home house wood wooden metal design modern set"
     .split()
 )
+# Words before a noun that make it no other thing: an orange chair is a chair.
+_COLOURS = frozenset(
+    "black blue brown cherry dark gray green grey maple opened orange red simple white wood wooden yellow".split()
+)
 
 
 def noun(entry: Entry) -> str:
@@ -35,9 +39,11 @@ def noun(entry: Entry) -> str:
 
 
 def names(entry: Entry) -> list[str]:
-    """What the model may be called: its own name first, then the tags that name things."""
+    """What the model may be called: its own name first, the same without colours, then the tags that name things."""
+    own = noun(entry)
+    plain = " ".join(word for word in own.split() if word not in _COLOURS)
     tags = [tag.lower() for tag in entry.tags if tag.lower() not in _NOT_NAMES]
-    return list(dict.fromkeys([noun(entry), *tags]))
+    return list(dict.fromkeys([own, plain or own, *tags]))
 
 
 def imagenet_names(folder: Path) -> list[list[str]]:

@@ -15,18 +15,14 @@ HOST, OWN = np.array([[1.0, 0.0]], np.float32), np.array([[0.0, 1.0]], np.float3
 
 
 class Tower:
-    """Counts how often it is made and asked."""
+    """Counts how often it is asked."""
 
     def __init__(self):
-        self.made = self.asked = 0
-
-    def load(self):
-        self.made += 1
-        return self
+        self.asked = 0
 
     def encode(self, texts):
         self.asked += 1
-        return OWN
+        return np.repeat(OWN, len(texts), 0)
 
 
 @pytest.fixture
@@ -59,8 +55,8 @@ def host(sessions):
         thread.join()
 
 
-def encoder(sessions, mode, tower, timeout=2.0):
-    return OffloadedEncoder(sessions[1], IMAGES, mode, tower.load, OffloadConfig(timeout, patience=60.0))
+def encoder(sessions, mode, tower, timeout=2.0, prompts=None):
+    return OffloadedEncoder(sessions[1], IMAGES, mode, tower, prompts, OffloadConfig(timeout, patience=60.0))
 
 
 def until_alive(offloaded):
@@ -80,20 +76,33 @@ def test_all_else_is_the_given_encoders(sessions, tower):
 
 
 @pytest.mark.parametrize("mode", ["host", "auto"])
-def test_a_host_that_lives_is_asked_and_no_tower_is_loaded(sessions, tower, host, mode):
+def test_a_host_that_lives_is_asked_and_no_tower_is_used(sessions, tower, host, mode):
     host(answers)
     offloaded = encoder(sessions, mode, tower)
     until_alive(offloaded)
     np.testing.assert_array_equal(offloaded.encode_text(["a cup"]), HOST)
-    assert tower.made == 0
+    assert tower.asked == 0
 
 
-def test_never_asks_nobody_and_loads_once(sessions, tower, host):
+def test_never_asks_nobody_and_each_prompt_once(sessions, tower, host):
     host(answers)
     offloaded = encoder(sessions, "never", tower)
-    np.testing.assert_array_equal(offloaded.encode_text(["a cup"]), OWN)
+    for _ in range(2):
+        np.testing.assert_array_equal(offloaded.encode_text(["a cup"]), OWN)
+    assert tower.asked == 1
+
+
+def test_what_a_host_once_said_is_known_without_it(sessions, tower, host, tmp_path):
+    leave = host(answers)
+    offloaded = encoder(sessions, "host", tower, prompts=tmp_path / "prompts.db")
+    until_alive(offloaded)
     offloaded.encode_text(["a cup"])
-    assert (tower.made, tower.asked) == (1, 2)
+    leave()
+    assert offloaded._watch.wait(lambda alive: not alive, 5)
+    after_restart = encoder(sessions, "host", tower, prompts=tmp_path / "prompts.db")
+    np.testing.assert_array_equal(after_restart.encode_text(["a cup"]), HOST)
+    with pytest.raises(RequestError, match="no host"):
+        after_restart.encode_text(["a mug"])
 
 
 def test_without_a_host_auto_goes_on_alone_and_host_says_what_to_do(sessions, tower):
@@ -108,7 +117,7 @@ def test_a_slow_host_is_waited_for_once(sessions, tower, host):
     until_alive(offloaded)
     np.testing.assert_array_equal(offloaded.encode_text(["a cup"]), OWN)
     started = time.monotonic()
-    offloaded.encode_text(["a cup"])
+    offloaded.encode_text(["a mug"])
     assert time.monotonic() - started < 0.05
 
 

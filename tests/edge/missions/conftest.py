@@ -9,8 +9,8 @@ from edge.missions.map_home import MapHome
 from edge.robot import Robot
 from firmware_sim.house import House
 from firmware_sim.world import World
-from tools.eval.find import run
 from tools.eval.oracle import OracleEncoder
+from tools.eval.tour import run
 
 PLAN = {
     "name": "two rooms",

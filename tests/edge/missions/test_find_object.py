@@ -9,8 +9,8 @@ from edge.missions.find_object import FindObject, FindObjectConfig
 from edge.missions.map_home import MapHome
 from edge.perception.prompts import Target
 from tests.edge.missions.conftest import make_robot, make_world
-from tools.eval.find import run
 from tools.eval.judge import judge
+from tools.eval.tour import run
 
 
 def ask(mapped, noun, **options):

@@ -1,10 +1,12 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from edge.perception.preprocess import preprocess
-from models.manifest import Image
+from models.manifest import Image, Manifest, resolve
 
 SPEC = Image("", "", 64, 96, (0.5, 0.4, 0.3), (0.2, 0.3, 0.4), ((0, 1),))
 
@@ -38,3 +40,17 @@ def test_any_size_of_one_colour_stays_that_colour(height, width, value):
 def test_what_is_not_a_picture_is_refused(picture):
     with pytest.raises(ValueError, match=r"must be \(H, W, 3\) uint8"):
         preprocess(picture, SPEC)
+
+
+def test_it_is_what_training_saw():
+    """The golden file of `tools.train`: the numbers that the shipped tower was trained and calibrated on."""
+    image = Manifest.load(resolve()).image
+    with np.load(Path(__file__).parent / "preprocess_golden.npz") as golden:
+        pictures = [golden[f"picture{i}"] for i in range(len(golden.files) - 1)]
+        seen = golden["seen"]
+    assert len({picture.shape for picture in pictures}) == len(pictures) >= 6
+    found = np.concatenate([preprocess(rgb, image) for rgb in pictures])[:, :, ::16, ::16]
+    # Nothing but the rounding of a resized pixel may differ: other builds of OpenCV add in another order.
+    one_level = 1.01 / 255 / np.array(image.std).min()
+    assert np.abs(found - seen).max() <= one_level
+    assert np.abs(found - seen).mean() < 0.01 * one_level

@@ -18,6 +18,11 @@ def test_tags_that_say_where_are_no_names():
     assert names(entry("Deck chair", "Seat", "Outdoor", "Garden", "Chair")) == ["deck chair", "seat", "chair"]
 
 
+def test_a_thing_of_some_colour_is_that_thing():
+    assert names(entry("Dark blue shelf", "Shelf")) == ["dark blue shelf", "shelf"]
+    assert names(entry("White")) == ["white"]
+
+
 def test_names_of_classes_follow_the_classifier(tmp_path):
     (tmp_path / "imagenet_lemmas.txt").write_text("n1\ttench, Tinca tinca\nn2\tgoldfish\n")
     (tmp_path / "imagenet_synsets.txt").write_text("n2\nn1\n")

@@ -1,0 +1,38 @@
+"""Move a map along with the nodes of the graph it was made from."""
+
+import cv2
+import numpy as np
+
+from edge.mapping.grid import GridFrame
+from edge.pose import between, compose
+
+LATTICE = 8  # cells between the points whose displacement is computed; it is smooth, the rest is interpolated
+WIDTH = 1.0  # m over which the corrections of neighbouring nodes blend
+
+
+def sources(frame: GridFrame, before: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Column and row (float32, ``frame.shape``) in the old map of what each cell of the moved map shows.
+
+    ``before`` and ``after`` (N, 3) are the nodes' poses. Each point moves with the nodes around it, rigidly where they
+    agree, weighted by a Gaussian of their distance.
+    """
+    rows, cols = (np.arange(0, size + LATTICE, LATTICE) for size in frame.shape)
+    points = frame.to_world(*(index.reshape(-1) for index in np.meshgrid(rows, cols, indexing="ij")))
+    poses = np.column_stack([points, np.zeros(len(points))])[:, None]
+    olds = compose(before, between(after, poses))[..., :2]  # (P, N, 2): carried back by each node
+    distance = np.hypot(*np.moveaxis(points[:, None] - after[:, :2], -1, 0))
+    distance -= distance.min(1, keepdims=True)  # far from all nodes, the nearest one decides
+    weight = np.exp(-0.5 * (distance / WIDTH) ** 2)
+    old = (weight[..., None] * olds).sum(1) / weight.sum(1, keepdims=True)
+    shift = ((old - points) / frame.resolution).reshape(len(rows), len(cols), 2).astype(np.float32)
+    height, width = frame.shape
+    col, row = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
+    moved = cv2.remap(shift, col / LATTICE, row / LATTICE, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return col + moved[..., 0], row + moved[..., 1]
+
+
+def warped(layer: np.ndarray, column: np.ndarray, row: np.ndarray) -> np.ndarray:
+    """A layer (H, W) of the map moved by ``sources``; 0, unknown, where it comes from outside."""
+    return cv2.remap(layer.view(np.uint8), column, row, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT).view(
+        layer.dtype
+    )

@@ -1,0 +1,68 @@
+"""Pose-graph optimisation: the poses of all nodes that agree best with what was measured between them."""
+
+import numpy as np
+
+ANCHOR = 1e-4  # m and rad, standard deviation of the first node: the map stays where it is
+DOUBTFUL = 1.345  # Huber's threshold, in standard deviations: a false loop closure pulls no harder than that
+
+
+class GraphError(ValueError):
+    """A graph that cannot be optimised."""
+
+
+def optimise(ids, poses, edges, transforms, information) -> tuple[np.ndarray, np.ndarray]:
+    """Maximum a posteriori poses ``(N, 3)`` and their covariances ``(N, 3, 3)``, both in the map frame.
+
+    ``ids (N,)`` and ``poses (N, 3)`` are the nodes as they are now, ``edges (E, 2)`` pairs of ids, ``transforms
+    (E, 3)`` the pose of the second seen from the first, ``information (E, 3, 3)`` in the frame of the first. Edges
+    between consecutive nodes are trusted, any other is a loop closure under a robust loss. Levenberg-Marquardt by
+    GTSAM (Dellaert 2012). The node of the least id keeps its pose.
+
+    Raises:
+        GraphError: shapes that do not fit, an edge to a node that is not there, or a graph in several pieces.
+    """
+    import gtsam  # late: 60 MB that only a host which optimises needs
+
+    ids, edges = np.asarray(ids, int), np.asarray(edges, int).reshape(-1, 2)
+    poses, transforms = np.asarray(poses, float), np.asarray(transforms, float)
+    information = np.asarray(information, float)
+    if poses.shape != (len(ids), 3) or transforms.shape != (len(edges), 3) or information.shape != (len(edges), 3, 3):
+        raise GraphError(
+            f"{len(ids)} nodes and {len(edges)} edges do not fit poses {poses.shape}, transforms {transforms.shape} "
+            f"and information {information.shape}"
+        )
+    if not np.isin(edges, ids).all():
+        raise GraphError("an edge leads to a node that is not in the graph")
+    if not len(ids):
+        return np.zeros((0, 3)), np.zeros((0, 3, 3))
+    graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+    for node, pose in zip(ids, poses):
+        values.insert(int(node), gtsam.Pose2(*pose))
+    first = int(ids.min())
+    held = gtsam.noiseModel.Isotropic.Sigma(3, ANCHOR)
+    graph.add(gtsam.PriorFactorPose2(first, values.atPose2(first), held))
+    consecutive = np.isin(edges[:, 1] - edges[:, 0], (-1, 1))
+    for (i, j), transform, known, trusted in zip(edges, transforms, information, consecutive):
+        noise = gtsam.noiseModel.Gaussian.Information(known)
+        if not trusted:
+            noise = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Huber.Create(DOUBTFUL), noise)
+        graph.add(gtsam.BetweenFactorPose2(int(i), int(j), gtsam.Pose2(*transform), noise))
+    try:
+        values = gtsam.LevenbergMarquardtOptimizer(graph, values).optimize()
+        marginals = gtsam.Marginals(graph, values)
+    except RuntimeError as error:  # GTSAM's name for a system without a unique solution
+        raise GraphError("the graph is in several pieces, or lacks what ties a node to the others") from error
+    found = [values.atPose2(int(node)) for node in ids]
+    corrected = np.array([[pose.x(), pose.y(), pose.theta()] for pose in found])
+    local = np.array([marginals.marginalCovariance(int(node)) for node in ids])
+    return corrected, _turned(local, corrected[:, 2])
+
+
+def _turned(covariances: np.ndarray, headings: np.ndarray) -> np.ndarray:
+    """Covariances in each node's own frame, as GTSAM gives them, in the map frame."""
+    turn = np.zeros_like(covariances)
+    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(headings)
+    turn[:, 1, 0] = np.sin(headings)
+    turn[:, 0, 1] = -turn[:, 1, 0]
+    turn[:, 2, 2] = 1
+    return turn @ covariances @ turn.transpose(0, 2, 1)

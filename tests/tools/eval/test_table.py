@@ -1,0 +1,54 @@
+import csv
+from dataclasses import replace
+from math import exp, radians
+
+import pytest
+
+from tools.eval.chart import draw
+from tools.eval.episode import Episode
+from tools.eval.table import margins, rows, show, write_csv
+
+RIGHT = Episode(
+    home="a", method="vlpg-nav", noun="couch", disturbance="", toured=True, status="found", success=True, cause="",
+    in_view=True, angular_error=radians(9), pixel_error=30.0, score=0.9, duration=20.0, distance=5.0, contacts=0,
+    pose_error=0.03,
+)  # fmt: skip
+WRONG = replace(RIGHT, success=False, cause="claims another thing", in_view=False, angular_error=2.0, pixel_error=80.0)
+SILENT = replace(WRONG, status="not found", cause="looked elsewhere")
+
+
+@pytest.fixture
+def episodes():
+    ours = [RIGHT, replace(RIGHT, noun="bed"), replace(WRONG, home="b"), replace(SILENT, home="b", noun="bed")]
+    theirs = [replace(WRONG, method="viewpoint", home=e.home, noun=e.noun) for e in ours]
+    return ours + theirs
+
+
+def test_a_row_counts_a_method(episodes):
+    ours, theirs = rows(episodes)
+    assert (ours.method, ours.episodes, ours.claims, ours.right) == ("vlpg-nav", 4, 3, 2)
+    assert ours.success.mean == 0.5 and ours.sae.mean == pytest.approx(exp(-0.01) / 2)
+    assert ours.degrees.mean == pytest.approx(9) and ours.pixels.mean == 30  # of the successes alone
+    assert ours.causes == {"claims another thing": 1, "looked elsewhere": 1}
+    assert theirs.success.mean == 0 and theirs.claims == 4
+
+
+def test_margins_compare_the_same_questions(episodes):
+    success, weighted = margins(episodes)["viewpoint"]
+    assert success.mean == 0.5 and (success.low, success.high) == (0.0, 1.0)
+    assert weighted.mean == pytest.approx(exp(-0.01) / 2)
+
+
+def test_the_text_tells_each_figure(episodes):
+    text = show(episodes)
+    assert "0.50 [0.00, 1.00]" in text and "2 of 3" in text and "1 looked elsewhere" in text
+    assert "+0.50 [+0.00, +1.00] more success" in text
+
+
+def test_files_hold_every_episode(episodes, tmp_path):
+    write_csv(episodes, tmp_path / "e.csv")
+    with (tmp_path / "e.csv").open() as stream:
+        read = list(csv.DictReader(stream))
+    assert len(read) == 8 and read[0]["noun"] == "couch" and read[2]["cause"] == "claims another thing"
+    draw(episodes, tmp_path / "e.png")
+    assert (tmp_path / "e.png").read_bytes().startswith(b"\x89PNG")

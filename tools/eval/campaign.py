@@ -1,0 +1,133 @@
+"""Many homes, each mapped once and asked many questions; spread over processes, and resumed where it stopped."""
+
+import json
+import random
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from multiprocessing import get_context
+from pathlib import Path
+
+from edge.missions.map_home import HomeMapped
+from tools.eval.child import in_child
+from tools.eval.episode import Episode, ask
+from tools.eval.tour import Tour, map_home, nouns
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What is asked in each home."""
+
+    methods: tuple[str, ...]
+    encoder: str  # "shipped" or "oracle"
+    objects: int | None  # so many of those that the tour had in view, drawn by lot; None: every object of the home
+    disturbances: tuple[str, ...]  # each question is asked once with each; "" leaves everything as it is
+    search: bool  # VLPG-Nav looks even for what does not seem to be in its memory
+    seed: int  # of every source of noise
+
+
+@dataclass(frozen=True, slots=True)
+class HomeResult:
+    """All episodes in one home."""
+
+    home: str
+    mapped: HomeMapped
+    memory: int  # bytes of the VLPG in RAM: vectors, poses, spare room
+    dense: int  # bytes of a VLMaps grid of the same home
+    episodes: list[Episode]
+
+
+VLMAPS_CELL = 512 * 4  # bytes: a float32 vector of 512 in every cell of 0.05 m (Huang et al. 2023)
+
+
+def run_home(home: str, plan: Plan) -> HomeResult:
+    """Map one home; each question of each method then starts from the end of that tour."""
+    import cv2
+
+    cv2.setNumThreads(1)  # a fork does not carry OpenCV's threads along
+    tour = map_home(home, plan.encoder, plan.seed)
+    episodes = [
+        in_child(ask, tour, method, noun, disturbance, plan.search, plan.seed)
+        for noun in chosen(tour, plan)
+        for disturbance in plan.disturbances
+        for method in plan.methods
+    ]
+    grid = tour.robot.grid
+    return HomeResult(
+        home=tour.world.house.name,
+        mapped=tour.mapped,
+        memory=tour.robot.memory.nbytes,
+        dense=int((~grid.unknown).sum()) * VLMAPS_CELL,  # cells that anything is known of, not the box around them
+        episodes=[episode for episode in episodes if episode is not None],
+    )
+
+
+def chosen(tour: Tour, plan: Plan) -> list[str]:
+    """The names to ask for; the same for every encoder and method as long as the tour saw the same."""
+    everything = nouns(tour.world.house)
+    if plan.objects is None:
+        return everything
+    seen = [noun for noun in everything if noun in tour.in_view]
+    return sorted(random.Random(tour.world.house.name).sample(seen, min(plan.objects, len(seen))))
+
+
+def run_homes(
+    homes: list[str], plan: Plan, jobs: int, folder: Path | None = None, cluster: str | None = None
+) -> Iterator[HomeResult]:
+    """Results as they come, from ``jobs`` processes or from the Ray ``cluster`` at that address.
+
+    With a ``folder`` each is kept there, and what is there already is not run again.
+    """
+    todo = []
+    for home in homes:
+        file = folder and folder / _file(home, plan)
+        if file and file.exists():
+            yield load(file)
+        else:
+            todo.append((home, file))
+    for result, file in _on_ray(todo, plan, cluster) if cluster else _here(todo, plan, jobs):
+        if file:
+            save(result, file)
+        yield result
+
+
+def _here(todo, plan: Plan, jobs: int):
+    # Fresh processes rather than forks: each home forks its own children, and should start with one thread.
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
+        files = {pool.submit(run_home, home, plan): file for home, file in todo}
+        for future in as_completed(files):
+            yield future.result(), files[future]
+
+
+def _on_ray(todo, plan: Plan, address: str):
+    import ray  # late: an extra of its own
+
+    ray.init(address=address, log_to_driver=False)
+    # Ray's workers have threads, and a fork would copy their locks: each home gets a process of its own there.
+    task = ray.remote(num_cpus=1)(lambda home: next(_here([(home, None)], plan, 1))[0])
+    files = {task.remote(home): file for home, file in todo}
+    while files:
+        (done, *_), _ = ray.wait(list(files))
+        yield ray.get(done), files.pop(done)
+
+
+def save(result: HomeResult, file: Path) -> None:
+    """Written whole or not at all."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    partial = file.with_suffix(".part")
+    partial.write_text(json.dumps(asdict(result), indent=1))
+    partial.rename(file)
+
+
+def load(file: Path) -> HomeResult:
+    """What ``save`` wrote."""
+    raw = json.loads(file.read_text())
+    raw["mapped"], raw["episodes"] = HomeMapped(**raw["mapped"]), [Episode(**e) for e in raw["episodes"]]
+    return HomeResult(**raw)
+
+
+def _file(home: str, plan: Plan) -> str:
+    """A name that tells plans apart, so that one folder serves several."""
+    code = sha256(repr(plan).encode()).hexdigest()[:8]
+    return f"{Path(home).stem.replace(':', '-')}.{plan.encoder}.{code}.json"

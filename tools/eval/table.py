@@ -1,0 +1,126 @@
+"""Tables II and III of [V]: centring errors, success and SAE of each method, with intervals, and what went wrong."""
+
+import csv
+from collections import Counter
+from dataclasses import asdict, dataclass, fields
+from math import degrees
+from pathlib import Path
+
+import numpy as np
+
+from tools.eval.bootstrap import interval
+from tools.eval.episode import Episode
+from tools.eval.judge import sae_terms
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A mean and its 95 % interval."""
+
+    mean: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, values, homes) -> "Figure":
+        values = np.asarray(values, float)
+        known = values[~np.isnan(values)]
+        return cls(float(known.mean()) if len(known) else np.nan, *interval(values, homes))
+
+    def show(self, form: str = "{:.2f}") -> str:
+        if np.isnan(self.mean):
+            return "-"
+        return f"{form.format(self.mean)} [{form.format(self.low)}, {form.format(self.high)}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One method under one disturbance. Errors are means over the successful episodes, as nothing else was centred."""
+
+    method: str
+    episodes: int
+    success: Figure
+    sae: Figure
+    degrees: Figure
+    pixels: Figure
+    duration: Figure  # s
+    claims: int
+    right: int  # of the claims
+    causes: dict[str, int]
+
+
+def rows(episodes: list[Episode]) -> list[Row]:
+    """A row for each method and disturbance, in the order of their first episode."""
+    groups: dict[str, list[Episode]] = {}
+    for episode in episodes:
+        groups.setdefault(name_of(episode), []).append(episode)
+    return [_row(name, mine) for name, mine in groups.items()]
+
+
+def name_of(episode: Episode) -> str:
+    """The row an episode belongs to: its method, and its disturbance if there is one."""
+    return f"{episode.method}, {episode.disturbance}" if episode.disturbance else episode.method
+
+
+def _row(method: str, episodes: list[Episode]) -> Row:
+    homes = [e.home for e in episodes]
+    success = [e.success for e in episodes]
+    centred = [e for e in episodes if e.success]
+    centred_homes = [e.home for e in centred]
+    return Row(
+        method,
+        len(episodes),
+        Figure.of(success, homes),
+        Figure.of(sae_terms(success, [e.angular_error for e in episodes]), homes),
+        Figure.of([degrees(e.angular_error) for e in centred], centred_homes),
+        Figure.of([e.pixel_error for e in centred], centred_homes),
+        Figure.of([e.duration for e in episodes], homes),
+        sum(e.status == "found" for e in episodes),
+        len(centred),
+        dict(Counter(e.cause for e in episodes if not e.success).most_common()),
+    )
+
+
+def margins(episodes: list[Episode], best: str = "vlpg-nav") -> dict[str, tuple[Figure, Figure]]:
+    """What the row ``best`` has more of than each other one on the same questions: (success, SAE)."""
+    table = {(name_of(e), e.home, e.noun): e for e in episodes}
+    found = {}
+    for other in dict.fromkeys(name_of(e) for e in episodes):
+        mine = [e for e in episodes if name_of(e) == best and (other, e.home, e.noun) in table]
+        pairs = [(e, table[other, e.home, e.noun]) for e in mine]
+        if other == best or not pairs:
+            continue
+        homes = [mine.home for mine, _ in pairs]
+        parts = ([e.success for e in side] for side in zip(*pairs)), (
+            sae_terms([e.success for e in side], [e.angular_error for e in side]) for side in zip(*pairs)
+        )
+        found[other] = tuple(Figure.of(np.subtract(*map(np.asarray, part), dtype=float), homes) for part in parts)
+    return found
+
+
+def show(episodes: list[Episode]) -> str:
+    """The tables as text."""
+    lines = [
+        f"{'method':30} {'episodes':>8} {'success':>19} {'SAE':>19} {'degrees':>19} {'pixels':>22} {'claims right':>13}"
+    ]
+    for row in rows(episodes):
+        lines.append(
+            f"{row.method:30} {row.episodes:8d} {row.success.show():>19} {row.sae.show():>19} "
+            f"{row.degrees.show('{:.1f}'):>19} {row.pixels.show('{:.1f}'):>22} {f'{row.right} of {row.claims}':>13}"
+        )
+    for row in rows(episodes):
+        if row.causes:
+            lines.append(f"{row.method} failed: " + "; ".join(f"{n} {cause}" for cause, n in row.causes.items()))
+    for other, (success, weighted) in margins(episodes).items():
+        more = f"{success.show('{:+.2f}')} more success and {weighted.show('{:+.2f}')} more SAE"
+        lines.append(f"vlpg-nav has {more} than {other}")
+    lines.append("In brackets: 95 % intervals over resampled homes. Errors are of the successful episodes.")
+    return "\n".join(lines)
+
+
+def write_csv(episodes: list[Episode], path: Path) -> None:
+    """One line an episode."""
+    with path.open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, [field.name for field in fields(Episode)])
+        writer.writeheader()
+        writer.writerows(asdict(episode) for episode in episodes)
