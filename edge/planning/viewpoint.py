@@ -22,16 +22,13 @@ class ViewpointConfig:
     # many weak hits, of which the top k are never short, do not beat a few strong ones.
     ranking: Literal["evidence", "size"] = "evidence"
     temperature: float = 0.10  # score difference that changes a hit's weight e-fold
-    # Of a small home's few views, the top k are not all of the object. Eq. 3 chooses among those with this share of the
-    # cluster's best weight; the others may look elsewhere altogether.
-    strong: float = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
     """Where to look from, and why."""
 
-    pose: np.ndarray  # (3,) the strong member whose field of view overlaps most with those of the others, map frame
+    pose: np.ndarray  # (3,) the member whose field of view overlaps most with the others', map frame
     score: float  # mean score of the members
     members: np.ndarray  # (M,) int indices into the hits, best score first
     support: float  # sum of the members' weights, each in (0, 1]; 1 is the weight of the query's best hit
@@ -116,8 +113,7 @@ def rank_viewpoints(
     viewpoints = []
     for group in groups:
         group = group[np.argsort(-scores[group], kind="stable")]
-        strong = group[weights[group] >= config.strong * weights[group[0]]]
-        best = strong[_most_overlapping(poses[strong], occupied, frame, camera)]
+        best = group[_most_overlapping(poses[group], occupied, frame, camera)]
         viewpoints.append(Viewpoint(poses[best], float(scores[group].mean()), group, float(weights[group].sum())))
     if config.ranking == "size":
         return sorted(viewpoints, key=lambda v: (-len(v.members), -v.score))
