@@ -38,7 +38,8 @@ and cover it), and the divergence of the class posterior from that of the networ
 
 The CC0 library (BlendSwap-CC-0) that furnishes the simulated homes, and the homes themselves, were never trained on.
 The choice of method was made on {held} models held out of training (figures of the homes and of the CC0 pictures were
-printed beside them, and not chosen by); the shipped weights are then trained on all models of those libraries.
+printed beside them, and not chosen by); the shipped weights are then trained on all models of those libraries. The
+committed weights were made in two rounds, the first one with three of the libraries only; the stages do both at once.
 
 ## Measured
 
@@ -76,8 +77,8 @@ a right one is first for {vf:.0%}, among ten for {vt:.0%} of the queries; Grad-C
 
 ### Speed and memory
 
-{machine}, one thread, a shared machine: the towers run in turns, a process each, and the ratio is the median over the
-turns. Peak PSS is that of a process with numpy, the runtime and the image tower, by itself. "As on the robot" has the
+{machine}, one thread, a shared machine: the towers run in turns, a process each,
+and the ratio is the median over the turns. Peak PSS is that of a process with numpy, the runtime and the image tower, by itself. "As on the robot" has the
 robot's settings of ONNX Runtime and of malloc, the peers have their own. With OpenCV and preprocessing, too, our image
 side takes {encoder_memory:.0f} MB. A text pass takes {text_p50:.1f} ms (p50).
 
