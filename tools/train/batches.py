@@ -1,7 +1,7 @@
 """Batches of cached scenes: middle maps, windows of them, and what each window shows."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import torch
@@ -33,6 +33,9 @@ class Batch:
     presence: torch.Tensor
     shown_in: torch.Tensor
     shown: torch.Tensor
+
+    def to(self, device: torch.device) -> "Batch":
+        return Batch(*(getattr(self, field.name).to(device) for field in fields(self)))
 
 
 class Batches:

@@ -78,9 +78,9 @@ a right one is first for {vf:.0%}, among ten for {vt:.0%} of the queries; Grad-C
 ### Speed and memory
 
 {machine}, one thread, a shared machine: the towers run in turns, a process each,
-and the ratio is the median over the turns. Peak PSS is that of a process with numpy, the runtime and the image tower, by itself. "As on the robot" has the
-robot's settings of ONNX Runtime and of malloc, the peers have their own. With OpenCV and preprocessing, too, our image
-side takes {encoder_memory:.0f} MB. A text pass takes {text_p50:.1f} ms (p50).
+and the ratio is the median over the turns. Peak PSS is that of a process with numpy, the runtime and the image tower,
+by itself. "As on the robot" has the robot's settings of ONNX Runtime and of malloc, the peers have their own. With
+OpenCV and preprocessing, too, our image side takes {encoder_memory:.0f} MB. A text pass takes {text_p50:.1f} ms (p50).
 
 | image tower | p50 | p10 - p90 | times ours | peak PSS | anonymous + file-backed |
 |---|---|---|---|---|---|

@@ -38,10 +38,15 @@ class TrainConfig:
 
 
 def train(tower: ImageTower, batches: Batches, vocabulary: Vocabulary, config: TrainConfig, checkpoint: Path) -> None:
-    """Train ``tower`` in place; goes on from ``checkpoint`` if that exists, and removes it at the end."""
+    """Train ``tower`` in place; goes on from ``checkpoint`` if that exists, and removes it at the end.
+
+    On a GPU if there is one; afterwards the tower is on the CPU again.
+    """
     torch.manual_seed(config.seed)
-    stream = iter(batches)
-    tower.to(memory_format=torch.channels_last)
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    stream = (batch.to(device) for batch in batches)
+    vocabulary.to(device)
+    tower.to(device, memory_format=torch.channels_last)
     centre = _standardize(tower, itertools.islice(stream, 10))
     late = nn.ModuleList(tower.trunk.late()).requires_grad_(True)
     fresh = [*tower.neck.requires_grad_(True).parameters(), *tower.head.projection.requires_grad_(True).parameters()]
@@ -66,7 +71,8 @@ def train(tower: ImageTower, batches: Batches, vocabulary: Vocabulary, config: T
             torch.save({"step": step + 1} | {name: part.state_dict() for name, part in parts.items()}, checkpoint)
     tower.load_state_dict(average.module.state_dict())
     parametrize.remove_parametrizations(tower.head.projection, "weight")
-    tower.requires_grad_(False)
+    tower.requires_grad_(False).cpu()
+    vocabulary.to(torch.device("cpu"))
     checkpoint.unlink(missing_ok=True)
 
 
@@ -134,7 +140,7 @@ class _Scaled(nn.Module):
 def _resume(checkpoint: Path, parts: dict) -> int:
     if not checkpoint.exists():
         return 0
-    saved = torch.load(checkpoint, weights_only=True)
+    saved = torch.load(checkpoint, map_location="cpu", weights_only=True)
     for name, part in parts.items():
         part.load_state_dict(saved[name])
     return saved["step"]

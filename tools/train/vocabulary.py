@@ -26,6 +26,11 @@ class Vocabulary:
         self.directions = torch.tensor(texts - nothing)
         self.cosines = torch.tensor(texts[1] @ texts[1].T)  # of the bare names
 
+    def to(self, device: torch.device) -> None:
+        """Move the tables, in place."""
+        for name in ("called", "directions", "cosines"):
+            setattr(self, name, getattr(self, name).to(device))
+
     def truth(self, named, doubtful, synonym: float):
         """For pictures with ``named`` and ``doubtful`` models (B, M): names (B, V) that hold, and that may be denied.
 
