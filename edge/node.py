@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from edge.link import requests
-from edge.link.alive import declare_alive
+from edge.link.alive import Watch, declare_alive
 from edge.link.base import Base
 from edge.link.exchange import Exchange, Inbox
 from edge.link.offload import OffloadedEncoder
@@ -25,6 +25,7 @@ from edge.link.reports import areas, cancelled_reply, find_reply, graph_reply, m
 from edge.link.requests import RequestError
 from edge.link.session import LinkError, add_link_arguments, link_config, open_session
 from edge.link.straighten import straighten
+from edge.mapping.warp import carried
 from edge.memory.database import StoreError
 from edge.memory.store import Vlpg
 from edge.observation import STOP
@@ -84,6 +85,7 @@ class Node:
         self._steps = deque(maxlen=100)  # wall s
         self._late = 0
         self._memory = MemoryUse()
+        self._hosts = Watch(session, "host/alive/*")
         self._alive = declare_alive(session, f"{self.config.name}/alive/edge")
 
     def run(self, stop: threading.Event):
@@ -157,13 +159,20 @@ class Node:
 
     def _straighten(self):
         """With a host at hand, let the whole graph decide where its nodes are."""
-        if not getattr(self.robot.encoder, "host_alive", False):
+        if not self._hosts.alive:
             return
         self.base.command(STOP)
         try:
-            log.info("the graph was straightened by up to %.2f m", straighten(self._session, self.robot))
+            before, after = straighten(self._session, self.robot)
         except RequestError as error:
             log.warning("the graph was not straightened: %s", error)
+            return
+        except Exception:  # a fault of ours must not end the process; the map as it is will do
+            log.exception("the graph was not straightened")
+            return
+        if len(before):
+            log.info("the graph was straightened by up to %.2f m", np.hypot(*(after - before)[:, :2].T).max())
+            self._path = deque(carried(np.array(self._path), before, after), self._path.maxlen)
 
     def _fail(self, problem):
         self.base.command(STOP)

@@ -10,6 +10,7 @@ from edge.localization.localizer import Localizer
 from edge.localization.loop_closure import LoopCloser
 from edge.mapping.coverage import CameraCoverage
 from edge.mapping.occupancy import OccupancyGrid
+from edge.mapping.warp import carried_pose
 from edge.memory.scan_bytes import pack
 from edge.memory.store import Vlpg
 from edge.observation import LaserScan, Observation, RgbdFrame
@@ -74,18 +75,19 @@ class Robot:
     def correct(self, ids, poses, covariances) -> None:
         """Give nodes of the memory the ``poses (N, 3)`` and ``covariances (N, 3, 3)`` that the whole graph agrees on.
 
-        The map, and the robot in it, move along. Raises what ``Vlpg.move`` does, and changes nothing then.
+        The map, and the robot in it, move along. Raises what ``Vlpg.move`` and ``OccupancyGrid.moved`` do, and changes
+        nothing then.
         """
         before, after = self.memory.poses(ids), np.asarray(poses, float)
+        grid, column, row = self.grid.moved(before, after)
         self.memory.move(ids, after, covariances)
-        if not len(before):
-            return
-        near = int(np.hypot(*(before - self.pose)[:, :2].T).argmin())
-        self.grid.move(before, after)
-        self.coverage.follow(self.grid.frame)
-        self.coverage.move(before, after)
-        self.localizer.move(before[near], after[near])
-        self.pose = compose(after[near], between(before[near], self.pose))
+        self.memory.save_map(grid.to_bytes())
+        self.grid = grid
+        self.coverage.move(grid.frame, column, row)
+        here = carried_pose(self.pose, before, after)
+        self.localizer.move(self.pose, here)
+        self.pose = here
+        self._mapped, self._offered = (carried_pose(pose, before, after) for pose in (self._mapped, self._offered))
 
     def _map_scan(self, scan: LaserScan) -> None:
         """Map a scan unless the last one was taken here: repeated, the error of one pose would become the map's."""

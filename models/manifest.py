@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -28,6 +29,10 @@ class File:
         # Manifests come over the network, too: no name may lead out of the model's folder.
         if not self.name or self.name.startswith(".") or "/" in self.name or "\\" in self.name:
             raise ValueError(f"{self.name!r} is not the plain name of a file")
+        if self.name in ("manifest.json", "MODEL_CARD.md") or self.name.endswith(".part"):
+            raise ValueError(f"{self.name} cannot be one of the model's files")
+        if not isinstance(self.size, int) or not re.fullmatch(r"[0-9a-f]{64}", str(self.sha256)):
+            raise ValueError(f"{self.name} lacks a size in bytes and a sha256")
 
 
 @dataclass(frozen=True)
@@ -122,7 +127,7 @@ class Manifest:
             files=files,
             source=str(raw.get("source", "")),
             licence=str(raw.get("licence", "")),
-            measured=dict(raw.get("measured", {})),
+            measured={str(key): float(value) for key, value in raw.get("measured", {}).items()},
         )
 
     def verify(self) -> None:

@@ -65,9 +65,15 @@ def _explained(*mistakes: type[Exception]) -> Iterator[None]:
 
 def _join(module: str, arguments: list[str], flag: str) -> None:
     """``_become`` a part of the system; without zenoh flags it meets the others of this machine."""
-    if not any(argument.startswith(known) for argument in arguments for known in _LINK_FLAGS):
+    if not any(_is_link_flag(argument) for argument in arguments):
         arguments = [*arguments, flag, MEETING_PLACE, "--no-multicast-scouting"]
     _become(module, arguments)
+
+
+def _is_link_flag(argument: str) -> bool:
+    if argument.startswith("--"):  # --model is not --mode
+        return argument.split("=")[0] in _LINK_FLAGS
+    return argument.startswith("-") and argument[:2] in _LINK_FLAGS  # -etcp/… as well as -e tcp/…
 
 
 def _become(module: str, arguments: list[str]) -> None:
@@ -236,8 +242,9 @@ def models_import(
     """
     from models.manifest import ModelError
     from tools.models.command import import_model
+    from tools.models.probe_process import ProbeFailed
 
-    with _explained(ModelError, OSError):
+    with _explained(ModelError, ProbeFailed, OSError):
         import_model(source, name, checkpoint)
 
 

@@ -76,9 +76,12 @@ class Localizer:
         return self.pose(odom)
 
     def move(self, before: np.ndarray, after: np.ndarray) -> None:
-        """Go along with a node near the robot whose pose (3,) ``before`` was corrected to ``after``."""
+        """Go along with the map: what was at pose (3,) ``before`` is at ``after`` now."""
+        turned = after[2] - before[2]
+        cos, sin = np.cos(turned), np.sin(turned)
+        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
         mean = compose(after, between(before, self._belief.mean))
-        self._belief = PoseBelief(mean, self._belief.covariance)
+        self._belief = PoseBelief(mean, turn @ self._belief.covariance @ turn.T)
 
     def relocalize(self, scan: LaserScan, grid: OccupancyGrid, radius: float | None = None) -> bool:
         """Looks for the robot within ``radius`` [m] of where it should be, or in the whole map; True when found.

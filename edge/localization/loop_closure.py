@@ -17,7 +17,7 @@ class LoopConfig:
     """When two nodes may be the same place, and when they are."""
 
     recent: int = 20  # nodes; the newest are tied to this one by odometry already
-    pause: int = 3  # nodes between closures: neighbours would say the same
+    pause: int = 3  # nodes between attempts: neighbours would say the same
     alike: float = 0.80  # cosine of the whole pictures; the gate calls 0.90 the same view
     reach: float = 1.5  # m between the believed poses: more than a home's worth of drift
     turn: float = np.radians(40)  # rad; half a field of view, beyond which pictures share nothing
@@ -35,7 +35,7 @@ class LoopCloser:
     def __init__(self, memory: Vlpg, config: LoopConfig | None = None):
         self.config = config or LoopConfig()
         self._memory = memory
-        self._last = -self.config.pause
+        self._last = -self.config.pause  # node of the last attempt
 
     def consider(self, node: int) -> int | None:
         """Try to close a loop at a new ``node``, which keeps its scan; the old node it was tied to, or None."""
@@ -46,6 +46,7 @@ class LoopCloser:
         old = self._proposed(node)
         if old is None:
             return None
+        self._last = node
         scan, offset = unpack(data)
         there = memory.poses([old])[0]
         field_ = LikelihoodField.around(self._place(old), there, scan.range_max + 0.5)
@@ -54,7 +55,6 @@ class LoopCloser:
             return None
         pose = compose(found.pose, between(offset, np.zeros(3)))
         memory.link(old, node, between(there, pose), _information(found.covariance, there[2]), kind="loop")
-        self._last = node
         return old
 
     def _proposed(self, node: int) -> int | None:

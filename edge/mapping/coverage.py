@@ -9,7 +9,7 @@ from edge.camera import CameraModel
 from edge.mapping.grid import GridFrame
 from edge.mapping.occupancy import OccupancyGrid
 from edge.mapping.sight_line import mapped_depth
-from edge.mapping.warp import sources, warped
+from edge.mapping.warp import warped
 from edge.pose import transform
 
 
@@ -55,10 +55,10 @@ class CameraCoverage:
         picked = depth[::4, np.linspace(0, width - 1, self.config.columns).round().astype(np.intp)]
         return np.nan_to_num(picked, nan=0.0).max(axis=0)
 
-    def move(self, before, after) -> None:
-        """Move along with nodes whose poses ``before`` (N, 3) were corrected to ``after`` (N, 3), as the grid does."""
-        if self.frame is not None and len(before):
-            self.viewed = warped(self.viewed, *sources(self.frame, before, after))
+    def move(self, frame: GridFrame, column, row) -> None:
+        """Move along with a grid that now lies in ``frame`` and was warped from ``column`` and ``row`` (H, W)."""
+        self.follow(frame)
+        self.viewed = warped(self.viewed, column, row)
 
     def follow(self, frame: GridFrame) -> None:
         """Take on the shape of a grid that has grown; what was viewed stays where it is in the map."""

@@ -1,6 +1,7 @@
 """The occupancy grid: what the lidar and the depth camera say about each 5 cm of floor."""
 
 from dataclasses import dataclass, field
+from math import ceil
 
 import cv2
 import numpy as np
@@ -172,16 +173,25 @@ class OccupancyGrid:
         """Free cells where a disc of ``radius`` [m] touches nothing known, bool ``(H, W)``, read-only."""
         return self._cached(("traversable", radius), lambda: self.free & (self.clearance() >= radius))
 
-    def move(self, before: np.ndarray, after: np.ndarray) -> None:
-        """Moves what is mapped along with nodes whose poses ``before`` (N, 3) were corrected to ``after`` (N, 3)."""
-        if not len(before):
-            return
-        reach = int(np.abs(after - before)[:, :2].max() / self.resolution) + self.config.chunk // 4
-        self._grow(self._corner - reach, self._corner + self._lidar.shape + reach)
-        column, row = sources(self.frame, before, after)
-        layers = self._lidar, self._depth, self._contact
-        self._lidar, self._depth, self._contact = (warped(layer, column, row) for layer in layers)
-        self._changed()
+    def moved(self, before: np.ndarray, after: np.ndarray) -> tuple["OccupancyGrid", np.ndarray, np.ndarray]:
+        """This map, taken along with nodes whose poses ``before`` (N, 3) were corrected to ``after`` (N, 3).
+
+        And the ``warp.sources`` it was made by, for what else lies in its frame. Raises ValueError when it would span
+        more than ``max_extent``.
+        """
+        grid = OccupancyGrid(self.resolution, self.config)
+        grid._corner, grid._revision = self._corner, self._revision + 1
+        grid._lidar, grid._depth, grid._contact = self._lidar, self._depth, self._contact
+        rows, cols = (np.flatnonzero(~self.unknown.all(axis)) for axis in (1, 0))
+        if len(rows):
+            reach = ceil(np.abs(after - before)[:, :2].max(initial=0.0) / self.resolution) + 2
+            grid._grow(
+                self._corner + (rows[0] - reach, cols[0] - reach), self._corner + (rows[-1] + reach, cols[-1] + reach)
+            )
+        column, row = sources(grid.frame, before, after)
+        layers = grid._lidar, grid._depth, grid._contact
+        grid._lidar, grid._depth, grid._contact = (warped(layer, column, row) for layer in layers)
+        return grid, column, row
 
     def to_bytes(self) -> bytes:
         """The map as bytes (see ``map_bytes``), for ``from_bytes``."""

@@ -17,18 +17,31 @@ def sources(frame: GridFrame, before: np.ndarray, after: np.ndarray) -> tuple[np
     agree, weighted by a Gaussian of their distance.
     """
     rows, cols = (np.arange(0, size + LATTICE, LATTICE) for size in frame.shape)
-    points = frame.to_world(*(index.reshape(-1) for index in np.meshgrid(rows, cols, indexing="ij")))
-    poses = np.column_stack([points, np.zeros(len(points))])[:, None]
-    olds = compose(before, between(after, poses))[..., :2]  # (P, N, 2): carried back by each node
-    distance = np.hypot(*np.moveaxis(points[:, None] - after[:, :2], -1, 0))
-    distance -= distance.min(1, keepdims=True)  # far from all nodes, the nearest one decides
-    weight = np.exp(-0.5 * (distance / WIDTH) ** 2)
-    old = (weight[..., None] * olds).sum(1) / weight.sum(1, keepdims=True)
-    shift = ((old - points) / frame.resolution).reshape(len(rows), len(cols), 2).astype(np.float32)
+    shift = np.empty((len(rows), len(cols), 2), np.float32)
+    for line, row in zip(shift, rows):  # a line at a time: all points times all nodes would take tens of megabytes
+        points = frame.to_world(np.full_like(cols, row), cols)
+        line[:] = (carried(points, after, before) - points) / frame.resolution
     height, width = frame.shape
     col, row = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
     moved = cv2.remap(shift, col / LATTICE, row / LATTICE, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return col + moved[..., 0], row + moved[..., 1]
+
+
+def carried(points: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Where ``points`` (P, 2) go when the nodes around them move from ``before`` to ``after`` (N, 3)."""
+    poses = np.column_stack([points, np.zeros(len(points))])[:, None]
+    moved = compose(after, between(before, poses))[..., :2]  # (P, N, 2): taken along by each node
+    distance = np.hypot(*np.moveaxis(points[:, None] - before[:, :2], -1, 0))
+    distance -= distance.min(1, keepdims=True)  # far from all nodes, the nearest one decides
+    weight = np.exp(-0.5 * (distance / WIDTH) ** 2)
+    return (weight[..., None] * moved).sum(1) / weight.sum(1, keepdims=True)
+
+
+def carried_pose(pose: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Where a pose (3,) goes, like ``carried``; its heading is that of two points on it."""
+    ahead = pose[:2] + 0.2 * np.array([np.cos(pose[2]), np.sin(pose[2])])
+    here, there = carried(np.stack([pose[:2], ahead]), before, after)
+    return np.array([*here, np.arctan2(there[1] - here[1], there[0] - here[0])])
 
 
 def warped(layer: np.ndarray, column: np.ndarray, row: np.ndarray) -> np.ndarray:

@@ -23,8 +23,8 @@ class PromptMemory:
     """Vectors by encoder and prompt: the latest in RAM, many in one SQLite file that all processes of a user share.
 
     It is only ever a shortcut. A file that cannot be opened or written is done without, one that is damaged is thrown
-    away, and a vector that is not exactly what was put in is encoded again. Prompts are kept as hashes: the file does
-    not tell what somebody asked for.
+    away, and a vector that is not exactly what was put in is encoded again. Prompts are kept as
+    hashes, for keys of one length, not for secrecy: whoever guesses a household noun can look it up.
     """
 
     IN_RAM = 256  # prompts; 0.4 MB at 384 dimensions

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import models
+from tools import cli
 from tools.demo.processes import free_port
 
 VLPG = [sys.executable, "-m", "tools.cli"]
@@ -64,6 +65,24 @@ def test_each_question_has_zenohs_flags(question):
     done = vlpg(question, "--help")
     for flag in ("--connect", "-e", "--listen", "-l", "--mode", "-m", "--config", "-c", "--no-multicast-scouting"):
         assert flag in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "joins"),
+    [
+        (["--model", "b32"], True),
+        (["--memory", "x"], True),
+        (["--mode", "client"], False),
+        (["--mode=peer"], False),
+        (["-etcp/127.0.0.1:7000"], False),
+        (["-l", "tcp/127.0.0.1:7000"], False),
+    ],
+)
+def test_without_zenoh_flags_the_parts_meet(arguments, joins, monkeypatch):
+    became = []
+    monkeypatch.setattr(cli, "_become", lambda module, given: became.append(given))
+    cli._join("edge.node", arguments, "--connect")
+    assert (cli.MEETING_PLACE in became[0]) == joins
 
 
 @pytest.mark.parametrize("part", ["find", "encoder", "graph"])

@@ -4,12 +4,14 @@ import json
 import random
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from hashlib import sha256
 from multiprocessing import get_context
 from pathlib import Path
 
 from edge.missions.map_home import HomeMapped
+from firmware_sim.home import load_home
+from models.manifest import Manifest, resolve
 from tools.eval.child import in_child
 from tools.eval.episode import Episode, ask
 from tools.eval.tour import Tour, map_home, nouns
@@ -96,8 +98,12 @@ def _here(todo, plan: Plan, jobs: int):
     # Fresh processes rather than forks: each home forks its own children, and should start with one thread.
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         files = {pool.submit(run_home, home, plan): file for home, file in todo}
-        for future in as_completed(files):
-            yield future.result(), files[future]
+        try:
+            for future in as_completed(files):
+                yield future.result(), files[future]
+        except BaseException:  # Ctrl-C, or a home that failed: the others, not begun yet, need not be waited for
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def _on_ray(todo, plan: Plan, address: str):
@@ -128,6 +134,11 @@ def load(file: Path) -> HomeResult:
 
 
 def _file(home: str, plan: Plan) -> str:
-    """A name that tells plans apart, so that one folder serves several."""
-    code = sha256(repr(plan).encode()).hexdigest()[:8]
+    """A name that tells plans, encoders and states of a home apart, so that one folder serves several.
+
+    Raises HouseError when there is no such home.
+    """
+    encoder = Manifest.load(resolve()).digest if plan.encoder == "shipped" else plan.encoder
+    asked = plan, encoder, load_home(home).to_dict(), [field.name for field in fields(Episode)]
+    code = sha256(repr(asked).encode()).hexdigest()[:8]
     return f"{Path(home).stem.replace(':', '-')}.{plan.encoder}.{code}.json"

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from firmware_sim.home import GENERATED
 from firmware_sim.house import HOMES, HouseError
+from models.manifest import ModelError
 from tools.eval.campaign import HomeResult, Plan, run_homes
 from tools.eval.disturbance import DISTURBANCES
 from tools.eval.methods import METHODS
@@ -90,12 +91,15 @@ def main(arguments: list[str] | None = None) -> None:
         parser.error(f"there is no disturbance {sorted(unknown)[0]}; there are {', '.join(DISTURBANCES)}")
     if options.objects is not None and options.objects < 1 or options.jobs < 1:
         parser.error("--objects and --jobs must be at least 1")
+    for path in filter(None, (options.json, options.csv, options.picture)):
+        if not path.parent.is_dir():
+            parser.error(f"there is no folder {path.parent} to write {path.name} into")
     if options.ray and find_spec("ray") is None:
         parser.error("--ray needs Ray; pip install 'vlpg-edge[cluster]'")
     try:
         plan = Plan(methods, options.encoder, options.objects, ("", *disturbances), options.search, options.seed)
         results = _run(homes_named(options.homes), plan, options)
-    except HouseError as error:
+    except (HouseError, ModelError, RuntimeError) as error:
         parser.exit(2, f"vlpg eval find: {error}\n")
     except KeyboardInterrupt:
         parser.exit(130, "\nvlpg eval find: stopped; with --out, the same command goes on from what is done\n")

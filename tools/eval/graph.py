@@ -14,6 +14,7 @@ from firmware_sim.home import load_home
 from firmware_sim.house import HouseError
 from firmware_sim.world import World, WorldConfig
 from host.pose_graph import optimise
+from models.manifest import ModelError
 from tools.eval.oracle import OracleEncoder
 from tools.eval.tour import new_robot, run
 
@@ -87,7 +88,7 @@ def main(arguments: list[str] | None = None) -> None:
     for home in options.homes:
         try:
             found = straighten(home, options.encoder, options.seed)
-        except HouseError as error:
+        except (HouseError, ModelError) as error:
             parser.exit(2, f"vlpg eval graph: {error}\n")
         raw, after = (f"{m:.3f} m {np.degrees(turn):6.2f} deg" for m, turn in (found.raw, found.optimised))
         print(f"{found.home:14} {found.nodes:6d} {found.loops:6d} {raw:>18} {after:>18}", flush=True)

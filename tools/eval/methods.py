@@ -22,11 +22,12 @@ class Frontier(MapHome):
         self.target = target
         # Whoever looks at thousands of pictures needs a higher bar than 0.5 to stop for one.
         self.detector = Detector(robot.encoder, DetectorConfig(min_score=FindObjectConfig.in_memory))
-        self._started, self._driven = robot.stamp, robot.distance
+        self._started = self._driven = 0.0  # set by the first observation: the robot is new, the world is not
         super().__init__(robot)
 
     def story(self) -> Story:
         robot = self.robot
+        self._started, self._driven = robot.stamp, robot.distance
         for twist in super().story():
             yield twist
             if robot.frame is None:

@@ -82,13 +82,18 @@ def _row(method: str, episodes: list[Episode]) -> Row:
 
 
 def margins(episodes: list[Episode], best: str = "vlpg-nav") -> dict[str, tuple[Figure, Figure]]:
-    """What the row ``best`` has more of than each other one on the same questions: (success, SAE)."""
+    """What the method ``best`` has more of than each other row on the same questions: (success, SAE).
+
+    Rows of other methods are compared under the same disturbance, and its own disturbed rows with its undisturbed one.
+    """
     table = {(name_of(e), e.home, e.noun): e for e in episodes}
     found = {}
     for other in dict.fromkeys(name_of(e) for e in episodes):
-        mine = [e for e in episodes if name_of(e) == best and (other, e.home, e.noun) in table]
-        pairs = [(e, table[other, e.home, e.noun]) for e in mine]
-        if other == best or not pairs:
+        method, _, disturbance = other.partition(", ")
+        mine = best if method == best or not disturbance else f"{best}, {disturbance}"
+        same = [e for e in episodes if name_of(e) == mine and (other, e.home, e.noun) in table]
+        pairs = [(e, table[other, e.home, e.noun]) for e in same]
+        if other == mine or not pairs:
             continue
         homes = [mine.home for mine, _ in pairs]
         parts = ([e.success for e in side] for side in zip(*pairs)), (
@@ -113,7 +118,7 @@ def show(episodes: list[Episode]) -> str:
             lines.append(f"{row.method} failed: " + "; ".join(f"{n} {cause}" for cause, n in row.causes.items()))
     for other, (success, weighted) in margins(episodes).items():
         more = f"{success.show('{:+.2f}')} more success and {weighted.show('{:+.2f}')} more SAE"
-        lines.append(f"vlpg-nav has {more} than {other}")
+        lines.append(f"vlpg-nav has {more} than {other}, on the same questions")
     lines.append("In brackets: 95 % intervals over resampled homes. Errors are of the successful episodes.")
     return "\n".join(lines)
 

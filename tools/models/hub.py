@@ -12,7 +12,7 @@ _ID = re.compile(r"(?P<name>\w[\w.-]*/\w[\w.-]*)(@(?P<revision>[\w./-]+))?", re.
 # same weights for several frameworks.
 _DESCRIPTIONS = ["*.json", "*.txt", "*.model", "README.md"]
 _WEIGHTS = (
-    ["open_clip_*.safetensors"], ["open_clip_*.bin"], ["model*.safetensors"], ["pytorch_model*.bin"],
+    ["open_clip_*.safetensors"], ["model*.safetensors"], ["open_clip_*.bin"], ["pytorch_model*.bin"],
     [f"*{name}.onnx*" for name in ("image", "vision_model", "visual", "text", "text_model", "textual")],
 )  # fmt: skip
 

@@ -54,6 +54,8 @@ def from_folder(folder: Path, source: str, licence: str) -> Pair:
     """
     import open_clip
 
+    if "trust_remote_code" in (folder / "open_clip_config.json").read_text():
+        raise ModelError(f"{source} asks to run code of its own (trust_remote_code); such a model is not imported.")
     place = f"local-dir:{folder}"
     with loading(source):
         model = open_clip.create_model(place, require_pretrained=True)

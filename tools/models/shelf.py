@@ -66,8 +66,9 @@ def remove(name: str) -> Path:
     mine = {known: folder for known, folder in folders().items() if not folder.is_relative_to(SHIPPED)}
     if name in mine:
         # Under another name first: what is half deleted is no model any more.
-        doomed = mine[name].rename(mine[name].with_name(f".{name}-removed"))
-        shutil.rmtree(doomed)
+        doomed = mine[name].with_name(f".{name}-removed")
+        shutil.rmtree(doomed, ignore_errors=True)  # what an interrupted removal has left
+        shutil.rmtree(mine[name].rename(doomed))
         return mine[name]
     begun = pulling(name)
     if _PLAIN.fullmatch(name) and begun.is_dir():

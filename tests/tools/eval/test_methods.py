@@ -15,7 +15,7 @@ def test_a_teddy_in_the_next_room_is_found(tour, method):
     before = tour.world.truth, tour.world.time
     episode = in_child(ask, tour, method, "teddy bear", "", False, 0)
     assert episode.success and episode.status == "found" and episode.toured and episode.cause == ""
-    assert episode.duration < 120 and episode.pose_error < 0.15
+    assert 1 < episode.duration < 60 and episode.pose_error < 0.15 and episode.distance < 15
     if method in ("viewpoint+centring", "vlpg-nav"):
         assert episode.angular_error < np.radians(6) and episode.pixel_error < 30
     assert (tour.world.truth == before[0]).all() and tour.world.time == before[1]

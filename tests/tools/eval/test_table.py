@@ -39,6 +39,14 @@ def test_margins_compare_the_same_questions(episodes):
     assert weighted.mean == pytest.approx(exp(-0.01) / 2)
 
 
+def test_margins_hold_what_was_disturbed_against_the_same():
+    ours = [RIGHT, replace(RIGHT, disturbance="push"), replace(WRONG, method="viewpoint", disturbance="push")]
+    found = margins(ours)
+    assert found["viewpoint, push"][0].mean == 1.0  # against vlpg-nav pushed
+    assert found["vlpg-nav, push"][0].mean == 0.0  # what the push costs it
+    assert "viewpoint" not in found
+
+
 def test_the_text_tells_each_figure(episodes):
     text = show(episodes)
     assert "0.50 [0.00, 1.00]" in text and "2 of 3" in text and "1 looked elsewhere" in text
