@@ -96,7 +96,7 @@ def run_homes(
 
 def _here(todo, plan: Plan, jobs: int):
     # Fresh processes rather than forks: each home forks its own children, and should start with one thread.
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         files = {pool.submit(run_home, home, plan): file for home, file in todo}
         try:
             for future in as_completed(files):
