@@ -2,13 +2,14 @@ import cv2
 import numpy as np
 import pytest
 
-from tools.train.scenes import CELLS, SceneMaker, _around
+from tools.train.scenes import CELLS, SceneMaker, _around, _tint
 from tools.train.sprites import Sprite
 
 
 @pytest.fixture
-def maker(entry):
-    """Two models: a red and a green board, 100 px a metre."""
+def maker(entry, monkeypatch):
+    """Two models: a red and a green board, 100 px a metre, that keep their colours."""
+    monkeypatch.setattr("tools.train.scenes.RECOLOURED", 0.0)
     sprites = []
     for colour in ((255, 0, 0), (0, 255, 0)):
         rgba = np.full((90, 60, 4), 255, np.uint8)
@@ -24,6 +25,17 @@ def test_a_close_up_shows_its_model_where_presence_says(maker):
     cells = cv2.resize(scene.rgb.astype(np.float32), CELLS[::-1], interpolation=cv2.INTER_AREA)
     redness = cells[..., 0] - cells[..., 1:].mean(-1)
     assert redness[scene.presence[0] > 0.95].min() > redness[scene.presence[0] == 0].max()
+
+
+def test_another_colour_is_as_bright(monkeypatch):
+    rng = np.random.default_rng(1)
+    monkeypatch.setattr("tools.train.scenes.RECOLOURED", 1.0)
+    rows = np.stack([np.array([200.0, 80.0, 60.0]) @ _tint(rng) for _ in range(200)])
+    brightness, hue = rows.mean(1), np.arctan2(rows[:, 1] - rows[:, 2], 2 * rows[:, 0] - rows[:, 1] - rows[:, 2])
+    assert 75 < brightness.min() < brightness.max() < 150  # 113 in other light
+    assert np.ptp(hue) > 1.5
+    greys = np.array([99.0, 99.0, 99.0]) @ _tint(rng)
+    assert np.ptp(greys) < 25  # what has no colour gets none
 
 
 def test_a_look_is_around_a_thing():
