@@ -9,6 +9,7 @@ import importlib.util
 import json
 import tempfile
 from dataclasses import asdict
+from math import isnan
 from pathlib import Path
 
 from edge.perception.encoder import Encoder
@@ -69,7 +70,11 @@ def show(result: dict) -> None:
     naming, homes, photos = result["naming"], result["homes"], result["photographs"]
     if naming:
         print(f"held-out furniture, {naming['pictures']} pictures, {naming['names']} names")
-        for kind, words in (("", "all"), ("seen_", "names that training knew"), ("unseen_", "names it did not")):
+        kinds = [("", "all"), ("seen_", "names that training knew"), ("unseen_", "names it did not")]
+        if isnan(naming["seen_top1"]):  # without the libraries of the training nobody can tell which it knew
+            del kinds[1:]
+            print("  (which of the names training knew is told where sweethome3d-furniture-nonfree is installed, too)")
+        for kind, words in kinds:
             print(f"  {words:26} top-1 {naming[f'{kind}top1']:6.1%}   top-5 {naming[f'{kind}top5']:6.1%}")
         print("  most often confused: " + ", ".join(f"{a} with {b} ({n})" for a, b, n in naming["confusions"][:5]))
     if homes:

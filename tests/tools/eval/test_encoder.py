@@ -67,3 +67,12 @@ def test_a_mistake_is_told_in_a_sentence(arguments, words, capsys):
         encoder.main(arguments)
     assert ended.value.code == 2
     assert words in capsys.readouterr().err
+
+
+def test_without_the_training_libraries_nothing_is_said_of_what_training_knew(capsys):
+    nan = float("nan")
+    naming = {"pictures": 3, "names": 2, "top1": 0.5, "top5": 1.0, "confusions": [("bed", "couch", 2)]}
+    naming |= {"seen_top1": nan, "seen_top5": nan, "unseen_top1": 0.5, "unseen_top5": 1.0}
+    encoder.show({"naming": naming, "homes": None, "photographs": None})
+    printed = capsys.readouterr().out
+    assert "nan" not in printed and "names it did not" not in printed and "bed with couch (2)" in printed
