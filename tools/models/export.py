@@ -12,6 +12,7 @@ OPSET = 17
 
 def export_graph(module: nn.Module, arguments, path: Path, inputs: list[str], outputs: list[str], dynamic=None) -> None:
     """Trace ``module`` on ``arguments``; ``dynamic`` maps names to the axes, {number: name}, that may vary."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     fast = torch.backends.mha.get_fastpath_enabled()
     torch.backends.mha.set_fastpath_enabled(False)  # its fused operator has no ONNX form
     try:

@@ -55,7 +55,7 @@ def _convolution_backward(
 ):
     """The gradient with respect to a two-dimensional convolution's input, the only one that a frozen tower has."""
     if transposed or any(wanted[1:]):
-        raise NotImplementedError
+        raise NotImplementedError("Grad-CAM has no form for transposed or trainable convolutions.")
     missing = [
         features.shape[i + 2]
         - ((gradient.shape[i + 2] - 1) * stride[i] - 2 * padding[i] + dilation[i] * (weight.shape[i + 2] - 1) + 1)

@@ -86,7 +86,7 @@ def _convolutions(source: Path, target: Path, pictures: Iterator[np.ndarray], le
     ready = target.with_name("ready.onnx")
     quant_pre_process(source, ready, skip_symbolic_shape=True)
     quantize_static(
-        ready, target, _Pictures(pictures), quant_format=QuantFormat.QDQ,
+        ready, target, Pictures(pictures), quant_format=QuantFormat.QDQ,
         op_types_to_quantize=["Conv", "Relu", "Clip", "Add", "AveragePool", "MaxPool"], per_channel=True,
         activation_type=QuantType.QUInt8, weight_type=QuantType.QInt8, calibrate_method=CalibrationMethod.MinMax,
         nodes_to_exclude=left_out,
@@ -123,7 +123,9 @@ def _tables(graph: onnx.GraphProto) -> None:
             graph.node.insert(at, node)
 
 
-class _Pictures(CalibrationDataReader):
+class Pictures(CalibrationDataReader):
+    """Inputs ``image`` (1, 3, H, W) that set the ranges of a static quantization."""
+
     def __init__(self, pictures: Iterator[np.ndarray]):
         self._pictures = iter(pictures)
 

@@ -8,7 +8,6 @@ import onnx
 import torch
 from onnx import helper, numpy_helper
 from onnxruntime.quantization import (
-    CalibrationDataReader,
     CalibrationMethod,
     QuantFormat,
     QuantType,
@@ -17,6 +16,8 @@ from onnxruntime.quantization import (
 )
 from onnxruntime.quantization.shape_inference import quant_pre_process
 
+from tools.models.export import export_graph, save
+from tools.models.quantization import Pictures
 from tools.train.image_tower import DEEP, DETAIL, STRIDE, Front, Head, ImageTower, Saliency
 
 # The stem and the first block stay in float32: their few channels have such unequal ranges that with them in int8 the
@@ -37,12 +38,12 @@ def round_weights(head: Head) -> None:
 
 def export_front(front: Front, height: int, width: int, path: Path) -> None:
     """``image`` (1, 3, H, W) to ``middle`` (1, 112, H/16, W/16) and ``logits`` (R, 1000)."""
-    _export(front, (torch.zeros(1, 3, height, width),), path, ["image"], ["middle", "logits"])
+    export_graph(front, (torch.zeros(1, 3, height, width),), path, ["image"], ["middle", "logits"])
 
 
 def export_float(tower: ImageTower, height: int, width: int, path: Path) -> None:
     """``image`` (1, 3, H, W) to ``vectors`` (R, D) and the maps ``deep`` and ``detail``, opset 17."""
-    _export(tower, (torch.zeros(1, 3, height, width),), path, ["image"], ["vectors", "deep", "detail"])
+    export_graph(tower, (torch.zeros(1, 3, height, width),), path, ["image"], ["vectors", "deep", "detail"])
 
 
 def export_saliency(head: Head, height: int, width: int, path: Path) -> None:
@@ -50,10 +51,10 @@ def export_saliency(head: Head, height: int, width: int, path: Path) -> None:
     h, w = height // STRIDE, width // STRIDE
     maps = torch.zeros(1, DEEP, h, w), torch.zeros(1, DETAIL, 2 * h, 2 * w)
     direction = torch.zeros(head.concepts.shape[1])
-    _export(Saliency(head), (*maps, direction), path, ["deep", "detail", "direction"], ["map"])
+    export_graph(Saliency(head), (*maps, direction), path, ["deep", "detail", "direction"], ["map"])
     model = onnx.load(path)
     _store_int8(model.graph)
-    _save(model, path)
+    save(model, path)
 
 
 def quantize(source: Path, target: Path, pictures: Iterator[np.ndarray]) -> None:
@@ -64,7 +65,7 @@ def quantize(source: Path, target: Path, pictures: Iterator[np.ndarray]) -> None
     quantize_static(
         ready,
         static,
-        _Pictures(pictures),
+        Pictures(pictures),
         quant_format=QuantFormat.QDQ,
         op_types_to_quantize=["Conv", "Clip", "Add"],
         per_channel=True,
@@ -84,23 +85,7 @@ def quantize(source: Path, target: Path, pictures: Iterator[np.ndarray]) -> None
         per_channel=True,
         nodes_to_exclude=concepts,
     )
-    _save(onnx.load(target), target)
-
-
-class _Pictures(CalibrationDataReader):
-    def __init__(self, pictures: Iterator[np.ndarray]):
-        self._pictures = iter(pictures)
-
-    def get_next(self):
-        picture = next(self._pictures, None)
-        return None if picture is None else {"image": picture}
-
-
-def _export(module, arguments, path: Path, inputs: list[str], outputs: list[str]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    torch.onnx.export(
-        module.eval(), arguments, str(path), input_names=inputs, output_names=outputs, opset_version=17, dynamo=False
-    )
+    save(onnx.load(target), target)
 
 
 def _scales(matrix: torch.Tensor) -> torch.Tensor:
@@ -127,9 +112,3 @@ def _store_int8(graph: onnx.GraphProto) -> None:
 def _on_grid(values: np.ndarray, axis: int) -> bool:
     steps = values / (np.maximum(np.abs(values).max(axis, keepdims=True), 1e-12) / 127)
     return bool(np.abs(steps - np.rint(steps)).max() < 1e-2)
-
-
-def _save(model: onnx.ModelProto, path: Path) -> None:
-    data = path.name + ".data"
-    path.with_name(data).unlink(missing_ok=True)
-    onnx.save(model, path, save_as_external_data=True, location=data, size_threshold=256)

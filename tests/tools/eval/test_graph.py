@@ -11,6 +11,16 @@ def test_a_small_home_is_straightened_without_harm(home):
     assert found.optimised[0] < found.raw[0] + 0.05 and np.isfinite(found.optimised).all()
 
 
+def test_what_the_optimiser_finds_is_what_is_judged(home, monkeypatch):
+    def a_metre_off(ids, poses, edges, transforms, information):
+        assert len(ids) == len(poses) and len(edges) >= len(ids) - 1
+        return poses + [0.0, 1.0, 0.0], None
+
+    monkeypatch.setattr(graph, "optimise", a_metre_off)
+    found = straighten(home, "oracle", 0)
+    assert found.optimised[0] == pytest.approx(1.0, abs=found.raw[0] + 0.01) and found.optimised[1] == found.raw[1]
+
+
 def test_a_mistake_is_told_in_a_sentence(capsys):
     with pytest.raises(SystemExit) as ended:
         main(["castle", "--encoder", "oracle"])
