@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from edge.link.conversions import JPEG_QUALITY
-from edge.link.requests import Array, FindReply, GraphReply, Hypothesis, MapReply, Vectors
+from edge.link.requests import Array, FindReply, GraphReply, Hypothesis, MapReply, Replan, Vectors
 
 
 def areas(robot):
@@ -62,12 +62,19 @@ def find_reply(name, outcome, robot, frame):
         score=seen and float(seen.detection.score),
         box=seen and tuple(float(value) for value in seen.detection.box),
         jpeg=_jpeg(frame),
+        replans=[_replan(replan) for replan in outcome.replans],
     )
 
 
 def cancelled_reply(name, robot, frame, duration, distance):
     """A search that was broken off."""
     return FindReply("cancelled", name, _pose(robot.pose), duration, distance, [], jpeg=_jpeg(frame))
+
+
+def _replan(replan):
+    cells = np.rint(255 * replan.probability).astype(np.uint8)
+    x, y = (float(value) for value in replan.frame.origin)
+    return Replan(Array.of(cells), (x, y), replan.frame.resolution, _pose(replan.pose))
 
 
 def _pose(pose):

@@ -70,6 +70,15 @@ class Hypothesis(Body):
     members: list[Pose]  # nodes that speak for it, turned to where their region looks
 
 
+class Replan(Body):
+    """One step of a local search: where the object may be, and where the robot went to look next."""
+
+    probability: Array  # (rows, cols) uint8, 255 is 1
+    origin: Position  # m, lower-left corner
+    resolution: float  # m
+    pose: Pose
+
+
 class FindReply(Body):
     """How a search ended. What is None was not reached."""
 
@@ -85,6 +94,7 @@ class FindReply(Body):
     score: float | None = None  # of the detection, [0, 1]
     box: tuple[float, float, float, float] | None = None  # x0, y0, x1, y1 px in the picture
     jpeg: bytes | None = None  # the robot's last picture
+    replans: list[Replan] = []  # of the local searches, in order
 
 
 class Cancel(Body):

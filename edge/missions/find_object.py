@@ -14,7 +14,7 @@ from edge.observation import STOP
 from edge.perception.close_look import look_closely
 from edge.perception.detection import Detector, DetectorConfig
 from edge.perception.prompts import Target
-from edge.planning.local_search import LocalSearch
+from edge.planning.local_search import LocalSearch, Replan
 from edge.planning.viewpoint import Viewpoint, rank_viewpoints
 
 Status = Literal["found", "not found", "not in memory", "timeout"]
@@ -45,7 +45,7 @@ class Outcome:
     sighting: Sighting | None  # the last one, when found
     duration: float  # s
     distance: float  # m
-    searches: list[np.ndarray] = field(default_factory=list)  # (R, C) probability maps, one a replan
+    replans: list[Replan] = field(default_factory=list)  # of the local searches
 
 
 class FindObject(Mission):
@@ -59,7 +59,7 @@ class FindObject(Mission):
         self.search_unknown = search_unknown
         self.hypotheses: list[Viewpoint] = []
         self.places = np.zeros((0, 3))
-        self.searches: list[np.ndarray] = []
+        self.replans: list[Replan] = []
         self._rng = np.random.default_rng(seed)
         self._started, self._driven = robot.stamp, robot.distance
         super().__init__(robot)
@@ -158,7 +158,7 @@ class FindObject(Mission):
             pose = search.next_pose(robot.pose, can_reach, grid.clearance(), grid.frame, self._rng)
             if pose is None:
                 return None
-            self.searches.append(search.probability.copy())
+            self.replans.append(Replan(search.frame, search.probability.copy(), pose))
             yield from drive(robot, pose[:2], heading=pose[2])
             sighting = yield from self.stare()
             if sighting is not None:
@@ -175,4 +175,4 @@ class FindObject(Mission):
 
     def ended(self, status: Status, sighting: Sighting | None = None) -> Outcome:
         duration, distance = self.robot.stamp - self._started, self.robot.distance - self._driven
-        return Outcome(status, self.hypotheses, self.places, sighting, duration, distance, self.searches)
+        return Outcome(status, self.hypotheses, self.places, sighting, duration, distance, self.replans)

@@ -27,6 +27,15 @@ class LocalSearchConfig:
     worthwhile: float = 0.02  # share of the first probability that a view must show; less and the search ends
 
 
+@dataclass(frozen=True, slots=True)
+class Replan:
+    """A view that was chosen, and the probability map that it was chosen by."""
+
+    frame: GridFrame
+    probability: np.ndarray  # (R, C) float32, p_l
+    pose: np.ndarray  # (3,)
+
+
 class LocalSearch:
     """Object localization probability around a place, and the views that search through it.
 

@@ -21,10 +21,12 @@ from edge.link.conversions import (
 from edge.link.exchange import NoAnswer, ask
 from edge.link.messages import decode, encode
 from edge.link.requests import RequestError
+from edge.mapping.grid import GridFrame
 from edge.mapping.occupancy import OccupancyGrid
 from edge.memory.store import Vlpg
 from edge.node import Missions, Node, NodeConfig
 from edge.observation import STOP, LaserScan, Twist
+from edge.planning.local_search import Replan
 
 CAMERA = CameraModel(width=32, height=24)
 
@@ -88,6 +90,7 @@ def found(robot):
         sighting=sighting,
         duration=12.0,
         distance=3.0,
+        replans=[Replan(GridFrame((-1.0, 0.5), 0.05, (2, 2)), np.array([[0, 1], [0.1, 0.2]]), np.array([1.0, 0, 0]))],
     )
 
 
@@ -188,6 +191,9 @@ def test_it_maps_then_finds_and_tells(rig):
     assert (reply.status, reply.object, reply.position, reply.score) == ("found", "cup", (1.0, 2.0), 0.9)
     assert reply.box == (1.0, 2.0, 3.0, 4.0) and reply.jpeg[:2] == b"\xff\xd8"
     assert reply.hypotheses[0].members == [(1.1, 0.0, 0.6), (1.0, 0.0, 0.5)]
+    (replan,) = reply.replans
+    assert replan.probability.numpy().tolist() == [[0, 255], [26, 51]]
+    assert (replan.origin, replan.resolution, replan.pose) == ((-1.0, 0.5), 0.05, (1.0, 0.0, 0.0))
     assert rig.status().outcome == "found"
 
 

@@ -16,7 +16,7 @@ from tools.demo.machine import machine, versions
 from tools.demo.memory import History
 from tools.demo.naming import named
 from tools.demo.verdict import judgement
-from tools.report.record import Home, Hypothesis, Map, Mapping, Offload, Process, Run, Search, Thing
+from tools.report.record import Home, Hypothesis, Map, Mapping, Offload, Process, Replan, Run, Search, Thing
 
 STEP = 0.1  # m between points of a driven path
 
@@ -64,6 +64,10 @@ class Recorder:
             hypotheses=[
                 Hypothesis(self._in_house(h.pose), h.score, [self._in_house(member) for member in h.members])
                 for h in reply.hypotheses
+            ],
+            replans=[
+                Replan(self._draw(replan, f"{number}-replan-{step}.png"), self._in_house(replan.pose))
+                for step, replan in enumerate(reply.replans, 1)
             ],
             path=self._end_path(),
             pose=self._in_house(reply.pose),
@@ -125,6 +129,11 @@ class Recorder:
             return None, None
         (self.folder / name).write_bytes(jpeg)
         return name, (picture.shape[1], picture.shape[0])
+
+    def _draw(self, replan, name: str) -> Map:
+        cells = replan.probability.numpy()
+        cv2.imwrite(str(self.folder / name), cells)
+        return Map(name, cells.shape, replan.origin, replan.resolution)
 
     def _home(self) -> Home:
         house = self.house

@@ -108,8 +108,17 @@ def _card(search: Search, number: int, plan: FloorPlan, folder: Path) -> str:
         f'<section class="card"><header><h3>{number}. {escape(search.words)}</h3>'
         f'<b class="{kind}">{search.verdict}</b><span class="quiet">{escape(", ".join(facts))}</span></header>'
         f'<div class="pair"><figure>{_picture(search, folder)}<figcaption>{escape(search.remark)}</figcaption></figure>'
-        f"<figure>{plan.search(search, number)}<figcaption>{caption}</figcaption></figure></div></section>"
+        f"<figure>{plan.search(search, number)}<figcaption>{caption}</figcaption></figure></div>"
+        f"{_replans(search, plan)}</section>"
     )
+
+
+def _replans(search: Search, plan: FloorPlan) -> str:
+    if not search.replans:
+        return ""
+    maps = "".join(plan.replan(replan, step) for step, replan in enumerate(search.replans, 1))
+    caption = "The local search, look by look: the brighter, the likelier the object is there; then the view chosen."
+    return f'<figure><div class="replans">{maps}</div><figcaption>{caption}</figcaption></figure>'
 
 
 def _picture(search: Search, folder: Path) -> str:

@@ -5,7 +5,7 @@ from html import escape
 from math import cos, degrees, sin
 from pathlib import Path
 
-from tools.report.record import Run, Search
+from tools.report.record import Map, Replan, Run, Search
 
 _MARGIN = 0.3  # m around the house
 _NODE = 0.13  # m, length of a node's tick
@@ -53,8 +53,23 @@ class FloorPlan:
         parts.append(self._answer(search, str(number)))
         return self._svg("".join(parts), f"Floor plan of the search for {search.words}")
 
-    def _svg(self, content: str, title: str, kind: str = "plan") -> str:
-        box = f"0 0 {self.width:.2f} {self.height:.2f}"
+    def replan(self, replan: Replan, number: int) -> str:
+        """One step of a local search: the probability map over the true walls, and the view chosen."""
+        grid = replan.probability
+        rows, cols = grid.shape
+        x0, y0, theta = self._run.home.start
+        middle = grid.origin[0] + cols * grid.resolution / 2, grid.origin[1] + rows * grid.resolution / 2
+        x, y = self._at(
+            x0 + cos(theta) * middle[0] - sin(theta) * middle[1], y0 + sin(theta) * middle[0] + cos(theta) * middle[1]
+        )
+        side = max(rows, cols) * grid.resolution
+        box = f"{x - side / 2:.2f} {y - side / 2:.2f} {side:.2f} {side:.2f}"
+        parts = [f'<g class="probability">{self._image(grid)}</g>', '<use href="#truth"/>']
+        parts.append(self._viewpoint(replan.pose, number, "best"))
+        return self._svg("".join(parts), f"Probability map of replan {number}", "replan", box)
+
+    def _svg(self, content: str, title: str, kind: str = "plan", box: str | None = None) -> str:
+        box = box or f"0 0 {self.width:.2f} {self.height:.2f}"
         return f'<svg class="{kind}" viewBox="{box}" role="img" aria-label="{escape(title)}">{content}</svg>'
 
     def _at(self, x: float, y: float) -> tuple[float, float]:
@@ -67,16 +82,7 @@ class FloorPlan:
         grid = self._run.map
         if grid is None:
             return ""
-        # Grid cells (col right, row up) to the map frame, to the house frame, to the plan: one affine matrix.
-        x0, y0, theta = self._run.home.start
-        c, s, r = cos(theta), sin(theta), grid.resolution
-        e, f = self._at(x0 + c * grid.origin[0] - s * grid.origin[1], y0 + s * grid.origin[0] + c * grid.origin[1])
-        matrix = f"matrix({c * r:.5f} {-s * r:.5f} {-s * r:.5f} {-c * r:.5f} {e:.4f} {f:.4f})"
-        rows, cols = grid.shape
-        image = (
-            f'<image href="{data_uri(self._folder / grid.picture)}" width="{cols}" height="{rows}" '
-            f'transform="{matrix}" preserveAspectRatio="none" style="image-rendering:pixelated"/>'
-        )
+        image = self._image(grid)
         # The picture's greys 0, 128 and 255 (unknown, free, occupied) become alpha 0 or 1, hard-edged.
         masks = []
         for name, table in (("free", "0 1 0"), ("occupied", "0 0 1")):
@@ -88,6 +94,18 @@ class FloorPlan:
                 f'height="{self.height:.2f}"><g filter="url(#only-{name})">{image}</g></mask>'
             )
         return "".join(masks)
+
+    def _image(self, grid: Map) -> str:
+        # Grid cells (col right, row up) to the map frame, to the house frame, to the plan: one affine matrix.
+        x0, y0, theta = self._run.home.start
+        c, s, r = cos(theta), sin(theta), grid.resolution
+        e, f = self._at(x0 + c * grid.origin[0] - s * grid.origin[1], y0 + s * grid.origin[0] + c * grid.origin[1])
+        matrix = f"matrix({c * r:.5f} {-s * r:.5f} {-s * r:.5f} {-c * r:.5f} {e:.4f} {f:.4f})"
+        rows, cols = grid.shape
+        return (
+            f'<image href="{data_uri(self._folder / grid.picture)}" width="{cols}" height="{rows}" '
+            f'transform="{matrix}" preserveAspectRatio="none" style="image-rendering:pixelated"/>'
+        )
 
     def _truth(self) -> str:
         home = self._run.home

@@ -37,7 +37,7 @@ class Home(msgspec.Struct, frozen=True):
 
 
 class Map(msgspec.Struct, frozen=True):
-    """The robot's occupancy grid as a picture: grey 0 is unknown, 128 free, 255 occupied; its first row is lowest y."""
+    """A grid of the robot's as a grey picture, whose first row is lowest y."""
 
     picture: str
     shape: tuple[int, int]  # rows, cols
@@ -65,6 +65,13 @@ class Hypothesis(msgspec.Struct, frozen=True):
     members: list[Xyt]
 
 
+class Replan(msgspec.Struct, frozen=True):
+    """One step of a local search: how likely the object is where (grey 255 is 1), and the view chosen by that."""
+
+    probability: Map
+    pose: Xyt
+
+
 class Search(msgspec.Struct, frozen=True):
     """One object asked for."""
 
@@ -76,6 +83,7 @@ class Search(msgspec.Struct, frozen=True):
     wall: float  # wall s
     distance: float  # m
     hypotheses: list[Hypothesis]
+    replans: list[Replan]
     path: list[Xy]  # as driven, by ground truth
     pose: Xyt | None  # where the robot stopped, by its own map
     position: Xy | None  # where it says that the object is
@@ -112,7 +120,7 @@ class Run(msgspec.Struct, frozen=True):
     versions: dict[str, str]
     wall: float  # wall s
     home: Home
-    map: Map | None
+    map: Map | None  # grey 0 is unknown, 128 free, 255 occupied
     mapping: Mapping | None
     nodes: list[Xyt]
     searches: list[Search]

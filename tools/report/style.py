@@ -34,6 +34,9 @@ figure { margin:0; } figcaption { font-size:.85rem; color:var(--quiet); padding-
 @media (max-width:720px) { .pair { grid-template-columns:1fr; } }
 .picture { display:block; width:100%; height:auto; border-radius:6px; background:var(--panel); }
 .picture rect { fill:none; stroke:var(--box); stroke-width:2.5; } .picture rect.under { stroke:#000; stroke-width:4.5; }
+.replans { display:grid; grid-template-columns:repeat(auto-fill,minmax(150px,1fr)); gap:8px; padding-top:14px; }
+svg.replan { display:block; width:100%; border-radius:6px; background:#000; }
+svg.replan .viewpoint path { opacity:.5; } svg.replan .viewpoint circle { fill:var(--bad); }
 .empty { background:var(--panel); border-radius:6px; padding:60px 14px; text-align:center; color:var(--quiet); }
 svg.defs { position:absolute; width:0; height:0; } svg.plan { display:block; width:100%; height:auto; }
 svg.plan.limited { max-height:720px; }

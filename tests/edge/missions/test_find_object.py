@@ -58,7 +58,7 @@ def test_what_was_taken_away_is_not_claimed(mapped):
     finally:
         house.add_object("dustbin-1", taken.model.id, taken.x, taken.y, taken.yaw)
     assert outcome.status == "not found"
-    assert outcome.searches and all(0 <= p.min() and p.max() <= 1 for p in outcome.searches)
+    assert outcome.replans and all(0 <= r.probability.min() and r.probability.max() <= 1 for r in outcome.replans)
 
 
 def test_dead_sensors_are_survived_and_lose_no_map():

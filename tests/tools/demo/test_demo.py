@@ -12,7 +12,7 @@ from rich.console import Console
 
 from edge.camera import CameraModel
 from edge.link.exchange import NoAnswer
-from edge.link.requests import Array, FindReply, GraphReply, Hypothesis, MapReply, RequestError
+from edge.link.requests import Array, FindReply, GraphReply, Hypothesis, MapReply, Replan, RequestError
 from edge.pose import between
 from firmware_sim.house import House
 from tools.demo import demo as demo_module
@@ -51,7 +51,9 @@ class MadeUpRobot:
         if self.answer != "found":
             return FindReply(self.answer, words, pose, 5.0, 2.0, [], jpeg=JPEG)
         hypotheses = [Hypothesis(pose, 0.9, [pose])]
-        return FindReply("found", words, pose, 5.0, 2.0, hypotheses, (2.0, 0.0), 0.0, 1.0, 0.9, (1, 2, 30, 40), JPEG)
+        replan = Replan(Array.of(np.full((4, 6), 25, np.uint8)), (0.0, 0.0), 0.05, pose)
+        seen = ((2.0, 0.0), 0.0, 1.0, 0.9, (1, 2, 30, 40), JPEG, [replan])
+        return FindReply("found", words, pose, 5.0, 2.0, hypotheses, *seen)
 
     def map(self):
         return MapReply(Array.of(np.zeros((20, 30), np.int8)), (0.0, 0.0), 0.05, Array.of(np.zeros((0, 2), np.float32)))
@@ -126,6 +128,9 @@ def test_a_true_claim_is_confirmed_and_kept(demo, house, tmp_path):
     # The robot's map begins at the dock.
     assert between(house.start, search.pose) == pytest.approx((1.0, 0.0, 0.0), abs=1e-3)
     assert search.hypotheses[0].pose == pytest.approx(search.pose)
+    (replan,) = search.replans
+    assert replan.pose == pytest.approx(search.pose) and replan.probability.shape == (4, 6)
+    assert (tmp_path / replan.probability.picture).is_file()
     assert demo.truth.looked_at == ["teddy-bear-1"]
     assert "found          teddy bear: 5 s, 2.0 m, 0° off, confirmed." in demo.printed()
 

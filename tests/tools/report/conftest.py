@@ -3,7 +3,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from tools.report.record import Home, Hypothesis, Map, Mapping, Process, Run, Search, Thing
+from tools.report.record import Home, Hypothesis, Map, Mapping, Process, Replan, Run, Search, Thing
 
 RESOLUTION = 0.05  # m
 START = (1.0, 1.0, np.pi / 2)  # the map's x axis points up the plan
@@ -26,7 +26,10 @@ def _map(folder):
 
 
 @pytest.fixture
-def search():
+def search(tmp_path):
+    likely = np.full((120, 120), 26, np.uint8)
+    likely[30:60, 40:90] = 200
+    assert cv2.imwrite(str(tmp_path / "replan.png"), likely)
     return Search(
         words="teddy bear",
         status="found",
@@ -39,6 +42,7 @@ def search():
             Hypothesis((5.0, 3.0, -0.6), 0.93, [(4.6, 3.2, -0.5), (5.0, 3.0, -0.6), (5.2, 3.3, -0.9)]),
             Hypothesis((2.0, 2.0, 2.4), 0.55, [(2.0, 2.0, 2.4)]),
         ],
+        replans=[Replan(Map("replan.png", likely.shape, (-1.0, -6.0), RESOLUTION), (4.0, 3.0, -0.6))],
         path=[(1.0, 1.0), (1.0, 4.0), (5.0, 3.5), (5.2, 2.8)],
         pose=(5.2, 2.8, -0.7),
         position=(6.4, 1.7),
@@ -76,6 +80,7 @@ def run(tmp_path, search):
         wall=0.1,
         distance=0.0,
         hypotheses=[],
+        replans=[],
         path=[],
         pose=None,
         position=None,

@@ -79,6 +79,12 @@ def test_carries_its_pictures_and_needs_no_network(page, tmp_path):
     assert "http://" not in page.source and "https://" not in page.source and "url(http" not in page.source
 
 
+def test_shows_each_replan_of_a_local_search(page, tmp_path):
+    likely = base64.b64encode((tmp_path / "replan.png").read_bytes()).decode()
+    assert page.images.count(f"data:image/png;base64,{likely}") == 2  # of the two searches that looked around
+    assert "The local search, look by look" in page.words
+
+
 def test_a_robot_over_budget_is_said_to_be(run, tmp_path):
     heavy = replace(run.processes[1], peak_pss=171.0)
     run = replace(run, processes=[heavy])
