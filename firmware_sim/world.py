@@ -126,11 +126,11 @@ class World:
         self._next_frame = self.time + self.config.frame_period
         camera = self._camera("robot", self.config.camera_model, self.config.noise)
         self.picture = camera.render(self.truth)
-        self._judged = (self._view(), self.picture.instances, camera.object_ids)
+        self._judged = (self._view(self.truth), self.picture.instances, camera.object_ids)
         return RgbdFrame(self.time, self.picture.rgb, self.picture.depth, odom)
 
-    def visible_fraction(self, object_id: str) -> float:
-        """Share of an object's whole silhouette that the robot's camera sees now, in [0, 1].
+    def visible_fraction(self, object_id: str, pose=None) -> float:
+        """Share of an object's whole silhouette that the robot's camera sees from ``pose (3,)``, by default now.
 
         The whole silhouette is the object alone, seen from the same place through a window three times as wide and
         high: what is cut off by the image's border or hidden behind something counts as not visible. Raises HouseError
@@ -138,22 +138,23 @@ class World:
         """
         if object_id not in self.house.objects:
             raise HouseError(f"there is no object '{object_id}' in {self.house.name}")
+        pose = self.truth if pose is None else np.asarray(pose, float)
         model = self.config.camera_model
         wide = replace(model, width=3 * model.width, height=3 * model.height, hfov=2 * atan(3 * tan(model.hfov / 2)))
-        whole = np.count_nonzero(self._camera("wide", wide, False).silhouette(self.truth, object_id))
+        whole = np.count_nonzero(self._camera("wide", wide, False).silhouette(pose, object_id))
         if whole == 0:
             return 0.0
-        if self._judged is None or self._judged[0] != self._view():
+        if self._judged is None or self._judged[0] != self._view(pose):
             judge = self._camera("judge", model, False)
-            self._judged = (self._view(), judge.render(self.truth).instances, judge.object_ids)
+            self._judged = (self._view(pose), judge.render(pose).instances, judge.object_ids)
         _, instances, object_ids = self._judged
         if object_id not in object_ids:
             return 0.0
         return min(1.0, np.count_nonzero(instances == object_ids.index(object_id)) / whole)
 
-    def _view(self):
+    def _view(self, pose):
         """What a picture depends on."""
-        return (*self.truth.tolist(), self.house.revision)
+        return (*pose.tolist(), self.house.revision)
 
     def _camera(self, role, model, noise):
         if role not in self._cameras:

@@ -21,12 +21,13 @@ from tools.eval.tour import Tour, map_home, nouns
 class Plan:
     """What is asked in each home."""
 
-    methods: tuple[str, ...]
-    encoder: str  # "shipped" or "oracle"
-    objects: int | None  # so many of those that the tour had in view, drawn by lot; None: every object of the home
-    disturbances: tuple[str, ...]  # each question is asked once with each; "" leaves everything as it is
-    search: bool  # VLPG-Nav looks even for what does not seem to be in its memory
-    seed: int  # of every source of noise
+    methods: tuple[str, ...] = ("vlpg-nav",)
+    encoder: str = "shipped"  # or "oracle"
+    objects: int | None = None  # so many of those that the tour had in view, drawn by lot; None: all of the home
+    disturbances: tuple[str, ...] = ()  # each question is asked as it is, and once with each of these
+    truths: tuple[str, ...] = ()  # VLPG-Nav is asked once more with each of these parts replaced by the truth
+    search: bool = False  # VLPG-Nav looks even for what does not seem to be in its memory
+    seed: int = 0  # of every source of noise
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,12 +50,16 @@ def run_home(home: str, plan: Plan) -> HomeResult:
 
     cv2.setNumThreads(1)  # a fork does not carry OpenCV's threads along
     tour = map_home(home, plan.encoder, plan.seed)
+    asked = chosen(tour, plan)
     episodes = [
         in_child(ask, tour, method, noun, disturbance, plan.search, plan.seed)
-        for noun in chosen(tour, plan)
-        for disturbance in plan.disturbances
+        for noun in asked
+        for disturbance in ("", *plan.disturbances)
         for method in plan.methods
     ]
+    for truth in plan.truths:
+        told = map_home(home, plan.encoder, plan.seed, truth)
+        episodes += [in_child(ask, told, "vlpg-nav", noun, "", plan.search, plan.seed) for noun in asked]
     grid = tour.robot.grid
     return HomeResult(
         home=tour.world.house.name,

@@ -9,6 +9,7 @@ from edge.perception.prompts import Target
 from edge.pose import compose, transform, wrap
 from firmware_sim.house import HouseError, HouseObject
 from firmware_sim.placement import ROBOT_RADIUS, what_blocks
+from tools.eval.judge import instances_of
 from tools.eval.tour import Tour
 
 PUSHED = 0.3, radians(10)  # m, rad; the robot believes to be up to this far from where it is
@@ -46,7 +47,7 @@ def occlude(tour: Tour, noun: str, rng) -> None:
     if not hypotheses:
         raise Impossible(f"the memory has no viewpoint for {noun}")
     view = transform(world.house.start, hypotheses[0].pose[None, :2])[0]
-    thing = min(_called(tour, noun), key=lambda thing: hypot(thing.x - view[0], thing.y - view[1]))
+    thing = min(instances_of(tour.world.house, noun), key=lambda thing: hypot(thing.x - view[0], thing.y - view[1]))
     model = next(model for model in OCCLUDERS if model != thing.model.id and model.replace("-", " ") != noun)
     line = np.array([thing.x, thing.y]) - view
     across = float(np.arctan2(line[1], line[0])) - pi / 2
@@ -60,7 +61,7 @@ def occlude(tour: Tour, noun: str, rng) -> None:
 
 def displace(tour: Tour, noun: str, rng) -> None:
     """The object, and every other of its name, stands up to 2 m from where the tour saw it."""
-    for thing in _called(tour, noun):
+    for thing in instances_of(tour.world.house, noun):
         for _ in range(TRIES):
             distance, direction = rng.uniform(0.5, MOVED), rng.uniform(-pi, pi)
             x, y = thing.x + distance * cos(direction), thing.y + distance * sin(direction)
@@ -72,7 +73,7 @@ def displace(tour: Tour, noun: str, rng) -> None:
 
 def double(tour: Tour, noun: str, rng) -> None:
     """A second object of the same model stands somewhere else in the home."""
-    thing = _called(tour, noun)[0]
+    thing = instances_of(tour.world.house, noun)[0]
     low, high = tour.world.house.bounds
     for _ in range(TRIES):
         x, y = rng.uniform(low, high)
@@ -84,7 +85,7 @@ def double(tour: Tour, noun: str, rng) -> None:
 def shut(tour: Tour, noun: str, rng) -> None:
     """The doors of the object's room are closed, unless the robot is in it: it cannot be reached."""
     house = tour.world.house
-    thing = _called(tour, noun)[0]
+    thing = instances_of(tour.world.house, noun)[0]
     room, here = house.room_at(thing.x, thing.y), house.room_at(*tour.world.truth[:2])
     if room is here:
         raise Impossible(f"the robot is in the room of {noun}")
@@ -96,10 +97,6 @@ def shut(tour: Tour, noun: str, rng) -> None:
 
 
 DISTURBANCES = {"push": push, "occlude": occlude, "displace": displace, "double": double, "shut": shut}
-
-
-def _called(tour: Tour, noun: str) -> list[HouseObject]:
-    return [thing for thing in tour.world.house.objects.values() if thing.model.name.lower() == noun]
 
 
 def _same_room(tour: Tour, thing: HouseObject, x: float, y: float) -> bool:

@@ -22,6 +22,7 @@ class Episode:
     method: str
     noun: str
     disturbance: str  # what happened to the home or the robot after the tour; "" when nothing did
+    truth: str  # the part of the robot that knew the truth; "" when none did
     toured: bool  # the mapping tour had the object in view
     status: str  # what the robot says
     success: bool  # what is true: it says found, and the object is in view
@@ -58,6 +59,7 @@ def ask(tour: Tour, method: str, noun: str, disturbance: str, search: bool, seed
         method=method,
         noun=noun,
         disturbance=disturbance,
+        truth=tour.truth,
         toured=noun in tour.in_view,
         status=outcome.status,
         success=success,

@@ -15,6 +15,7 @@ from tools.eval.campaign import HomeResult, Plan, run_homes
 from tools.eval.disturbance import DISTURBANCES
 from tools.eval.methods import METHODS
 from tools.eval.table import name_of, show, write_csv
+from tools.eval.truth import TRUTHS
 
 
 def homes_named(text: str) -> list[str]:
@@ -34,6 +35,18 @@ def homes_named(text: str) -> list[str]:
         else:
             raise HouseError(f"{part} is no range of homes; write {GENERATED}0-39")
     return homes
+
+
+def some_of(known, text: str, kind: str) -> tuple[str, ...]:
+    """The ones of ``known`` that ``text`` names, separated by commas, or all of them for "all".
+
+    Raises ValueError for a name that is not among them.
+    """
+    named = tuple(known) if text == "all" else tuple(filter(None, text.split(",")))
+    for name in named:
+        if name not in known:
+            raise ValueError(f"there is no {kind} {name}; there are {', '.join(known)}")
+    return named
 
 
 def show_home(result: HomeResult) -> str:
@@ -72,6 +85,12 @@ def main(arguments: list[str] | None = None) -> None:
         metavar="D,…",
         help=f"also ask after all, or some, of these happened: {', '.join(DISTURBANCES)}",
     )
+    parser.add_argument(
+        "--truth",
+        default="",
+        metavar="P,…",
+        help=f"also ask with all, or some, of these parts told the truth, one at a time: {', '.join(TRUTHS)}",
+    )
     parser.add_argument("--search", action="store_true", help="look even for what does not seem to be in memory")
     parser.add_argument("--seed", type=int, default=0, help="of every source of noise")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="homes at a time (default: one a core)")
@@ -81,14 +100,12 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--csv", type=Path, metavar="FILE", help="the same as a table")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="draw success and SAE of the methods")
     options = parser.parse_args(arguments)
-    methods = tuple(METHODS) if options.methods == "all" else tuple(options.methods.split(","))
-    unknown = set(methods) - set(METHODS)
-    if unknown:
-        parser.error(f"there is no method {sorted(unknown)[0]}; there are {', '.join(METHODS)}")
-    disturbances = tuple(DISTURBANCES) if options.disturb == "all" else tuple(filter(None, options.disturb.split(",")))
-    unknown = set(disturbances) - set(DISTURBANCES)
-    if unknown:
-        parser.error(f"there is no disturbance {sorted(unknown)[0]}; there are {', '.join(DISTURBANCES)}")
+    try:
+        methods = some_of(METHODS, options.methods, "method")
+        disturbances = some_of(DISTURBANCES, options.disturb, "disturbance")
+        truths = some_of(TRUTHS, options.truth, "part")
+    except ValueError as error:
+        parser.error(str(error))
     if options.objects is not None and options.objects < 1 or options.jobs < 1:
         parser.error("--objects and --jobs must be at least 1")
     for path in filter(None, (options.json, options.csv, options.picture)):
@@ -97,7 +114,8 @@ def main(arguments: list[str] | None = None) -> None:
     if options.ray and find_spec("ray") is None:
         parser.error("--ray needs Ray; pip install 'vlpg-edge[cluster]'")
     try:
-        plan = Plan(methods, options.encoder, options.objects, ("", *disturbances), options.search, options.seed)
+        asked = options.encoder, options.objects, disturbances, truths, options.search, options.seed
+        plan = Plan(methods, *asked)
         results = _run(homes_named(options.homes), plan, options)
     except (HouseError, ModelError, RuntimeError) as error:
         parser.exit(2, f"vlpg eval find: {error}\n")

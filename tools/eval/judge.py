@@ -6,6 +6,7 @@ from math import exp, nan, pi
 import numpy as np
 
 from edge.pose import wrap
+from firmware_sim.house import House, HouseObject
 from firmware_sim.world import World
 
 # Of an object's whole silhouette. Near a bed most of it is outside the picture, yet nobody would say it is not in view.
@@ -21,18 +22,21 @@ class Verdict:
     angular_error: float  # rad between the heading and the line of sight to the true centre; NaN without an instance
 
 
+def instances_of(house: House, noun: str) -> list[HouseObject]:
+    """The objects whose model is named ``noun``, whatever its case."""
+    return [thing for thing in house.objects.values() if thing.model.name.lower() == noun.lower()]
+
+
 def judge(world: World, noun: str) -> Verdict:
-    """Look through the simulator's eyes for any object whose model is named ``noun``, whatever its case."""
+    """Look through the simulator's eyes for any object that is called ``noun``."""
     best = Verdict(False, "", nan)
-    for object_id, thing in world.house.objects.items():
-        if thing.model.name.lower() != noun.lower():
-            continue
+    for thing in instances_of(world.house, noun):
         x, y, heading = world.truth
         error = abs(float(wrap(np.arctan2(thing.y - y, thing.x - x) - heading)))
         inside = error <= world.config.camera_model.hfov / 2
-        in_view = bool(inside and world.visible_fraction(object_id) >= VISIBLE_SHARE)
+        in_view = bool(inside and world.visible_fraction(thing.id) >= VISIBLE_SHARE)
         if not best.object_id or (not in_view, error) < (not best.in_view, best.angular_error):
-            best = Verdict(in_view, object_id, error)
+            best = Verdict(in_view, thing.id, error)
     return best
 
 

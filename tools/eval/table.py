@@ -35,7 +35,7 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One method under one disturbance. Errors are means over the successful episodes, as nothing else was centred."""
+    """One method under one condition. Errors are means over the successful episodes, as nothing else was centred."""
 
     method: str
     episodes: int
@@ -50,7 +50,7 @@ class Row:
 
 
 def rows(episodes: list[Episode]) -> list[Row]:
-    """A row for each method and disturbance, in the order of their first episode."""
+    """A row for each method and condition, in the order of their first episode."""
     groups: dict[str, list[Episode]] = {}
     for episode in episodes:
         groups.setdefault(name_of(episode), []).append(episode)
@@ -58,8 +58,9 @@ def rows(episodes: list[Episode]) -> list[Row]:
 
 
 def name_of(episode: Episode) -> str:
-    """The row an episode belongs to: its method, and its disturbance if there is one."""
-    return f"{episode.method}, {episode.disturbance}" if episode.disturbance else episode.method
+    """The row an episode belongs to: its method, and what was disturbed or replaced by the truth, if anything."""
+    parts = episode.method, episode.disturbance, episode.truth and f"true {episode.truth}"
+    return ", ".join(filter(None, parts))
 
 
 def _row(method: str, episodes: list[Episode]) -> Row:
@@ -84,13 +85,14 @@ def _row(method: str, episodes: list[Episode]) -> Row:
 def margins(episodes: list[Episode], best: str = "vlpg-nav") -> dict[str, tuple[Figure, Figure]]:
     """What the method ``best`` has more of than each other row on the same questions: (success, SAE).
 
-    Rows of other methods are compared under the same disturbance, and its own disturbed rows with its undisturbed one.
+    Rows of other methods are compared under the same condition, and its own disturbed rows, or those that were told the
+    truth, with the one that was neither.
     """
     table = {(name_of(e), e.home, e.noun): e for e in episodes}
     found = {}
     for other in dict.fromkeys(name_of(e) for e in episodes):
-        method, _, disturbance = other.partition(", ")
-        mine = best if method == best or not disturbance else f"{best}, {disturbance}"
+        method, _, condition = other.partition(", ")
+        mine = best if method == best or not condition else f"{best}, {condition}"
         same = [e for e in episodes if name_of(e) == mine and (other, e.home, e.noun) in table]
         pairs = [(e, table[other, e.home, e.noun]) for e in same]
         if other == mine or not pairs:

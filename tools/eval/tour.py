@@ -12,6 +12,7 @@ from firmware_sim.home import load_home
 from firmware_sim.house import House
 from firmware_sim.world import World
 from tools.eval.oracle import OracleEncoder
+from tools.eval.truth import TrueLocalizer
 
 # What the camera, 0.88 m high, can see: whatever stands lower than the top of its picture 1 m away.
 HIGHEST = 1.5  # m
@@ -26,18 +27,21 @@ class Tour:
     robot: Robot
     mapped: HomeMapped
     in_view: set[str] = field(default_factory=set)  # names of what the robot's camera has had in view
+    truth: str = ""  # the part of the robot, one of TRUTHS, that knows the truth
 
 
-def map_home(home: str, encoder: str, seed: int) -> Tour:
+def map_home(home: str, encoder: str, seed: int, truth: str = "") -> Tour:
     """Map ``home`` (a name, a file, "generated:7") with the "shipped" or the "oracle" encoder; ``seed`` of all noise.
 
-    Raises HouseError when there is no such home.
+    ``truth`` names the part of the robot, one of TRUTHS, that knows it. Raises HouseError when there is no such home.
     """
     world = World(load_home(home), seed)
-    robot = new_robot(world, OracleEncoder(world) if encoder == "oracle" else Encoder.load())
+    robot = new_robot(world, OracleEncoder(world) if encoder == "oracle" or truth == "encoder" else Encoder.load())
+    if truth == "pose":
+        robot.localizer = TrueLocalizer(world)
     mission, seen = MapHome(robot), set()
     run(world, mission, lambda: seen.update(names_in_view(world)))
-    return Tour(world, robot, mission.outcome, seen)
+    return Tour(world, robot, mission.outcome, seen, truth)
 
 
 def new_robot(world: World, encoder) -> Robot:

@@ -5,12 +5,12 @@ from tools.eval import campaign
 from tools.eval.campaign import Plan, chosen, load, run_homes, save
 from tools.eval.find import homes_named, main, show_home
 
-PLAN = Plan(("vlpg-nav",), "oracle", 1, ("",), False, 0)
+PLAN = Plan(encoder="oracle", objects=1)
 
 
 def test_objects_are_drawn_by_lot_once_and_for_all(tour):
     assert len(chosen(tour, PLAN)) == 1 and chosen(tour, PLAN) == chosen(tour, PLAN)
-    assert chosen(tour, Plan((), "oracle", None, ("",), False, 0)) == ["armchair", "couch", "dustbin", "teddy bear"]
+    assert chosen(tour, Plan(encoder="oracle")) == ["armchair", "couch", "dustbin", "teddy bear"]
 
 
 def test_a_home_is_run_once_and_then_read(home, tmp_path, monkeypatch):
@@ -43,6 +43,7 @@ def test_homes_are_named_in_three_ways():
     [
         (["--methods", "magic"], "no method magic"),
         (["--disturb", "flood"], "no disturbance flood"),
+        (["--truth", "wheels"], "no part wheels"),
         (["--objects", "0"], "at least 1"),
         (["--homes", "castle"], "castle"),
     ],

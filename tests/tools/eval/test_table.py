@@ -9,9 +9,9 @@ from tools.eval.episode import Episode
 from tools.eval.table import margins, rows, show, write_csv
 
 RIGHT = Episode(
-    home="a", method="vlpg-nav", noun="couch", disturbance="", toured=True, status="found", success=True, cause="",
-    in_view=True, angular_error=radians(9), pixel_error=30.0, score=0.9, duration=20.0, distance=5.0, contacts=0,
-    pose_error=0.03,
+    home="a", method="vlpg-nav", noun="couch", disturbance="", truth="", toured=True, status="found", success=True,
+    cause="", in_view=True, angular_error=radians(9), pixel_error=30.0, score=0.9, duration=20.0, distance=5.0,
+    contacts=0, pose_error=0.03,
 )  # fmt: skip
 WRONG = replace(RIGHT, success=False, cause="claims another thing", in_view=False, angular_error=2.0, pixel_error=80.0)
 SILENT = replace(WRONG, status="not found", cause="looked elsewhere")
@@ -45,6 +45,11 @@ def test_margins_hold_what_was_disturbed_against_the_same():
     assert found["viewpoint, push"][0].mean == 1.0  # against vlpg-nav pushed
     assert found["vlpg-nav, push"][0].mean == 0.0  # what the push costs it
     assert "viewpoint" not in found
+
+
+def test_rows_that_were_told_the_truth_stand_beside_the_one_that_was_not():
+    found = margins([WRONG, replace(RIGHT, truth="encoder")])
+    assert found["vlpg-nav, true encoder"][0].mean == -1.0  # what the encoder costs
 
 
 def test_the_text_tells_each_figure(episodes):
