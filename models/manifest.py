@@ -70,6 +70,28 @@ class Relevance:
 
 
 @dataclass(frozen=True)
+class Confidence:
+    """Evidence to the probability that a claim is true, a logistic fit on claims whose truth is known.
+
+    By itself it believes the two-prompt score of what is in view, as an encoder without a fit must.
+    """
+
+    seen: float = 1.0  # weight of the logit of the score of what is in view
+    remembered: float = 0.0  # weight of the logit of the memory's best score there
+    offset: float = 0.0
+
+    def __call__(self, seen: float, remembered: float) -> float:
+        """From two-prompt scores ([V] Eq. 2) in [0, 1]."""
+        return float(1 / (1 + np.exp(-self.seen * logit(seen) - self.remembered * logit(remembered) - self.offset)))
+
+
+def logit(share: float) -> float:
+    """Inverse of the logistic function, finite for 0 and 1 too: scores are not that certain."""
+    inner = min(max(share, 1e-4), 1 - 1e-4)
+    return float(np.log(inner / (1 - inner)))
+
+
+@dataclass(frozen=True)
 class Manifest:
     """A checked manifest.
 
@@ -85,6 +107,7 @@ class Manifest:
     text: Text
     relevance: Relevance
     files: tuple[File, ...]
+    confidence: Confidence = Confidence()
     source: str = ""  # where the weights come from
     licence: str = ""  # of the weights
     measured: dict[str, float] = field(default_factory=dict)  # what was measured when the model was made
@@ -125,6 +148,7 @@ class Manifest:
             text=Text(**raw["text"]),
             relevance=Relevance(**raw["relevance"]),
             files=files,
+            confidence=Confidence(**raw.get("confidence", {})),
             source=str(raw.get("source", "")),
             licence=str(raw.get("licence", "")),
             measured={str(key): float(value) for key, value in raw.get("measured", {}).items()},

@@ -70,10 +70,14 @@ def told(reply: FindReply) -> list[str]:
     spent = f"{reply.duration:.1f} s and {reply.distance:.1f} m"
     if reply.status == "found":
         x, y = reply.position
-        score = f", score {reply.score:.2f}" if reply.score is not None else ""
-        return [f"found {reply.object} at ({x:.2f}, {y:.2f}) m in the robot's map{score}, after {spent}"]
+        sure = f", {100 * reply.confidence:.0f} % sure" if reply.confidence is not None else ""
+        return [f"found {reply.object} at ({x:.2f}, {y:.2f}) m in the robot's map{sure}, after {spent}"]
     if reply.status != "not in memory":
-        return [f"{reply.status}: {reply.object}, after {spent}"]
+        lines = [f"{reply.status}: {reply.object}, after {spent}"]
+        if reply.position is not None:
+            x, y = reply.position
+            lines.append(f"  what resembles it most is at ({x:.2f}, {y:.2f}) m, {100 * reply.confidence:.0f} % sure")
+        return lines
     lines = [f"not in memory: {reply.object}"]
     for guess in reply.hypotheses[:GUESSES]:
         x, y, theta = guess.pose

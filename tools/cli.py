@@ -106,6 +106,12 @@ def eval_find(context: typer.Context) -> None:
     _become("tools.eval.find", context.args)
 
 
+@eval_app.command("confidence", context_settings=_PASSED_ON, add_help_option=False)
+def eval_confidence(context: typer.Context) -> None:
+    """Tell how far the confidence of claims can be believed, and fit it (vlpg eval confidence --help)."""
+    _become("tools.eval.confidence", context.args)
+
+
 @eval_app.command("encoder", context_settings=_PASSED_ON, add_help_option=False)
 def eval_encoder(context: typer.Context) -> None:
     """Name pictures of objects the encoder was never trained on (vlpg eval encoder --help)."""

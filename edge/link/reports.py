@@ -45,7 +45,7 @@ def graph_reply(memory, encoder, vectors_from):
 
 def find_reply(name, outcome, robot, frame):
     """``outcome`` of a FindObject mission for the object ``name``; ``frame``: the last picture, or None."""
-    seen = outcome.sighting
+    seen = outcome.claim and outcome.claim.sighting
     return FindReply(
         status=outcome.status,
         object=name,
@@ -62,6 +62,7 @@ def find_reply(name, outcome, robot, frame):
         score=seen and float(seen.detection.score),
         box=seen and tuple(float(value) for value in seen.detection.box),
         jpeg=_jpeg(frame),
+        confidence=outcome.confidence,
         replans=[_replan(replan) for replan in outcome.replans],
     )
 

@@ -94,6 +94,7 @@ class FindReply(Body):
     score: float | None = None  # of the detection, [0, 1]
     box: tuple[float, float, float, float] | None = None  # x0, y0, x1, y1 px in the picture
     jpeg: bytes | None = None  # the robot's last picture
+    confidence: float | None = None  # probability that the object is there, or, if not found, at the best guess
     replans: list[Replan] = []  # of the local searches, in order
 
 

@@ -1,6 +1,6 @@
 """Find a named object in a known home: the whole of [V], Fig. 1."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -26,13 +26,25 @@ class FindObjectConfig:
 
     hits: int = 50  # k of [V] Sec. III-C
     hypotheses: int = 3  # viewpoints tried, best first; [V] tries one
-    certain: float = 0.9  # score of a sighting that needs no comparison with what the other viewpoints show
+    certain: float = 0.9  # score that needs no further look around, and that the memory is searched around for
+    sure: float = 0.8  # confidence of a claim that needs no comparison with what the other viewpoints show
+    claimed: float = 0.25  # confidence below which the answer is "not found"
     in_memory: float = 0.75  # score of the best hit; of objects that were seen, nine in ten have more
     alike: float = 0.5  # of the best hit's dot product; a sighting may be weaker than the memory, but not by more
     sweep: float = np.radians(40)  # rad to either side of the remembered bearing; half a field of view
     near: float = 1.8  # m from an object, where it is looked for again before it is centred
     pictures: int = 5  # looked at while standing still; most must show the object
     time_limit: float = 300.0  # s, [V] Sec. IV
+    enough: float = 200.0  # s, after which the best claim so far is the answer; the way back to it takes up to a minute
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """An object seen and centred, and how sure that is."""
+
+    sighting: Sighting
+    remembered: float  # the memory's best score there
+    confidence: float  # probability that it is the object
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,17 +54,24 @@ class Outcome:
     status: Status
     hypotheses: list[Viewpoint]  # best first; the best guesses when the object is not in memory
     places: np.ndarray  # (N, 3) poses of the memory's hits, which the hypotheses' members index
-    sighting: Sighting | None  # the last one, when found
+    claim: Claim | None  # the best one; when "not found", it was not good enough
+    confidence: float  # probability that the object is where the claim, or else the first hypothesis, says
     duration: float  # s
     distance: float  # m
     replans: list[Replan] = field(default_factory=list)  # of the local searches
 
 
 class FindObject(Mission):
-    """Ask the memory, go to the best viewpoint, look, centre; else search nearby, then try the next hypothesis."""
+    """Ask the memory, go to the best viewpoint, look, centre; else search nearby, then try the next hypothesis.
+
+    Beyond [V], which stops at the first viewpoint: unless a claim is sure, those from all hypotheses are compared, and
+    the best is the answer if it is probable enough.
+    """
 
     def __init__(self, robot, target: Target, search_unknown: bool = False, seed: int = 0, config=None):
-        """``search_unknown`` goes to the best guesses even if the object does not seem to be in memory."""
+        """``search_unknown`` goes to the best guesses even if the object does not seem to be in memory, and claims the
+        best of what it sees there, however improbable.
+        """
         self.config = config or FindObjectConfig()
         self.target = target
         self.detector = Detector(robot.encoder)
@@ -68,17 +87,20 @@ class FindObject(Mission):
         self.hypotheses = self.recall()
         if not self.search_unknown and not self.remembered():
             return self.ended("not in memory")
-        sightings: list[Sighting] = []
+        best = latest = None
         for hypothesis in self.hypotheses[: self.config.hypotheses]:
             sighting = yield from self.inspect(hypothesis)
-            if sighting is not None:
-                sightings.append(sighting)
-                if self.certain(sighting):
-                    break
-        for sighting in sorted(sightings, key=lambda sighting: -sighting.detection.score):
-            if (centred := (yield from self.approach(sighting))) is not None:
-                return self.ended("found", centred)
-        return self.ended("not found")
+            centred = sighting and (yield from self.approach(sighting))
+            if centred is not None:
+                latest = self.claim(centred, hypothesis)
+                best = max(best or latest, latest, key=lambda claim: claim.confidence)
+            if best and (best.confidence >= self.config.sure or self.elapsed > self.config.enough):
+                break
+        if best is None or best.confidence < self.config.claimed and not self.search_unknown:
+            return self.ended("not found", best)
+        if best is not latest:
+            best = yield from self.go_back(best)
+        return self.ended("found", best)
 
     def inspect(self, hypothesis: Viewpoint) -> Story:
         """Look from a viewpoint; where the memory is certain of the object, and it is not there, around it, too."""
@@ -99,8 +121,22 @@ class FindObject(Mission):
                     return centred
         return None
 
+    def go_back(self, claim: Claim) -> Story:
+        """To the best claim, which others were looked at after; the ``Claim``, renewed if the object is seen again."""
+        centred = yield from self.approach(claim.sighting)
+        return claim if centred is None else replace(claim, sighting=centred)
+
+    def claim(self, centred: Sighting, hypothesis: Viewpoint) -> Claim:
+        remembered = float(self._scores[hypothesis.members].max())
+        return Claim(centred, remembered, self.robot.encoder.confidence(centred.detection.score, remembered))
+
     def certain(self, sighting: Sighting) -> bool:
         return sighting.detection.score >= self.config.certain
+
+    @property
+    def elapsed(self) -> float:
+        """s since the question."""
+        return self.robot.stamp - self._started
 
     def recall(self) -> list[Viewpoint]:
         """Viewpoints from which the memory says that the object was seen, best first ([V] Eqs. 2 and 3)."""
@@ -168,11 +204,20 @@ class FindObject(Mission):
     def step(self, observation):
         """One control step; gives up when the time limit has passed."""
         twist = super().step(observation)
-        if not self.done and self.robot.stamp - self._started > self.config.time_limit:
+        if not self.done and self.elapsed > self.config.time_limit:
             self.outcome = self.ended("timeout")
             return STOP
         return twist
 
-    def ended(self, status: Status, sighting: Sighting | None = None) -> Outcome:
-        duration, distance = self.robot.stamp - self._started, self.robot.distance - self._driven
-        return Outcome(status, self.hypotheses, self.places, sighting, duration, distance, self.replans)
+    def ended(self, status: Status, claim: Claim | None = None) -> Outcome:
+        if claim is not None:
+            confidence = claim.confidence
+        elif status == "not found" or not self.hypotheses:
+            confidence = 0.0  # it was not seen where it should be
+        else:
+            remembered = float(self._scores[self.hypotheses[0].members].max())
+            confidence = self.robot.encoder.confidence(remembered, remembered)
+        distance = self.robot.distance - self._driven
+        return Outcome(
+            status, self.hypotheses, self.places, claim, confidence, self.elapsed, distance, self.replans
+        )

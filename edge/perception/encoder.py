@@ -76,6 +76,10 @@ class Encoder:
         """Cosine(s) of a picture vector and a prompt to relevance in [0, 1], by the manifest's calibration."""
         return self._manifest.relevance(cosine)
 
+    def confidence(self, seen: float, remembered: float) -> float:
+        """Probability that a claim is true, from the scores of what is in view and of what the memory holds."""
+        return self._manifest.confidence(seen, remembered)
+
     def encode_image(self, rgb: np.ndarray, hfov: float = CameraModel.hfov, window=None) -> View:
         """One pass of the image tower over RGB ``(H, W, 3)`` uint8 from a camera with ``hfov`` [rad].
 

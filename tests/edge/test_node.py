@@ -87,7 +87,8 @@ def found(robot):
         status="found",
         hypotheses=[place],
         places=np.array([[1.0, 0.0, 0.5], [1.1, 0.0, 0.6]]),
-        sighting=sighting,
+        claim=SimpleNamespace(sighting=sighting),
+        confidence=0.7,
         duration=12.0,
         distance=3.0,
         replans=[Replan(GridFrame((-1.0, 0.5), 0.05, (2, 2)), np.array([[0, 1], [0.1, 0.2]]), np.array([1.0, 0, 0]))],
@@ -188,7 +189,8 @@ def test_it_maps_then_finds_and_tells(rig):
     assert Twist(0.2, 0.1) in rig.commands
     assert rig.robot.memory.load_map() is not None
     reply = rig.ask("find", requests.Find("cup"), requests.FindReply)
-    assert (reply.status, reply.object, reply.position, reply.score) == ("found", "cup", (1.0, 2.0), 0.9)
+    assert (reply.status, reply.object, reply.position, reply.confidence) == ("found", "cup", (1.0, 2.0), 0.7)
+    assert reply.score == 0.9
     assert reply.box == (1.0, 2.0, 3.0, 4.0) and reply.jpeg[:2] == b"\xff\xd8"
     assert reply.hypotheses[0].members == [(1.1, 0.0, 0.6), (1.0, 0.0, 0.5)]
     (replan,) = reply.replans

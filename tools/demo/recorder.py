@@ -75,7 +75,7 @@ class Recorder:
             true_positions=judged.true_positions,
             angular_error=judged.angular_error,
             visible=judged.visible,
-            score=reply.score,
+            confidence=reply.confidence,
             picture=picture,
             picture_size=size,
             box=reply.box,

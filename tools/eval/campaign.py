@@ -11,7 +11,7 @@ from pathlib import Path
 
 from edge.missions.map_home import HomeMapped
 from firmware_sim.home import load_home
-from models.manifest import Manifest, resolve
+from models.manifest import DEFAULT, Manifest, resolve
 from tools.eval.child import in_child
 from tools.eval.episode import Episode, ask
 from tools.eval.tour import Tour, map_home, nouns
@@ -22,7 +22,7 @@ class Plan:
     """What is asked in each home."""
 
     methods: tuple[str, ...] = ("vlpg-nav",)
-    encoder: str = "shipped"  # or "oracle"
+    encoder: str = DEFAULT  # a model's name, or "oracle"
     objects: int | None = None  # so many of those that the tour had in view, drawn by lot; None: all of the home
     disturbances: tuple[str, ...] = ()  # each question is asked as it is, and once with each of these
     truths: tuple[str, ...] = ()  # VLPG-Nav is asked once more with each of these parts replaced by the truth
@@ -133,7 +133,23 @@ def save(result: HomeResult, file: Path) -> None:
 
 def load(file: Path) -> HomeResult:
     """What ``save`` wrote."""
-    raw = json.loads(file.read_text())
+    return _result(json.loads(file.read_text()))
+
+
+def write(results: list[HomeResult], file: Path) -> None:
+    """All results in one file."""
+    file.write_text(json.dumps([asdict(result) for result in results], indent=1))
+
+
+def read(file: Path) -> list[HomeResult]:
+    """What ``write`` wrote. Raises OSError, or ValueError when the file holds something else."""
+    try:
+        return [_result(raw) for raw in json.loads(file.read_text())]
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{file} does not hold the episodes of an evaluation ({error})") from None
+
+
+def _result(raw: dict) -> HomeResult:
     raw["mapped"], raw["episodes"] = HomeMapped(**raw["mapped"]), [Episode(**e) for e in raw["episodes"]]
     return HomeResult(**raw)
 
@@ -143,7 +159,8 @@ def _file(home: str, plan: Plan) -> str:
 
     Raises HouseError when there is no such home.
     """
-    encoder = Manifest.load(resolve()).digest if plan.encoder == "shipped" else plan.encoder
+    manifest = None if plan.encoder == "oracle" else Manifest.load(resolve(plan.encoder))
+    encoder = manifest and (manifest.digest, manifest.confidence)
     asked = plan, encoder, load_home(home).to_dict(), [field.name for field in fields(Episode)]
     code = sha256(repr(asked).encode()).hexdigest()[:8]
-    return f"{Path(home).stem.replace(':', '-')}.{plan.encoder}.{code}.json"
+    return f"{Path(home).stem.replace(':', '-')}.{Path(plan.encoder).name}.{code}.json"

@@ -96,7 +96,23 @@ def shut(tour: Tour, noun: str, rng) -> None:
             house.set_door(number, open=False)
 
 
-DISTURBANCES = {"push": push, "occlude": occlude, "displace": displace, "double": double, "shut": shut}
+def remove(tour: Tour, noun: str, rng) -> None:
+    """The object is gone, and every other of its name: "not here" is the right answer."""
+    house = tour.world.house
+    for thing in instances_of(house, noun):
+        if house.standing_on(thing.id):
+            raise Impossible(f"something stands on {noun}")
+        house.remove_object(thing.id)
+
+
+DISTURBANCES = {
+    "push": push,
+    "occlude": occlude,
+    "displace": displace,
+    "double": double,
+    "shut": shut,
+    "remove": remove,
+}
 
 
 def _same_room(tour: Tour, thing: HouseObject, x: float, y: float) -> bool:

@@ -9,7 +9,7 @@ from edge.perception.prompts import Target
 from edge.pose import between, compose
 from firmware_sim.world import World
 from tools.eval.disturbance import Impossible, disturb
-from tools.eval.judge import judge
+from tools.eval.judge import instances_of, judge
 from tools.eval.methods import mission_for
 from tools.eval.tour import Tour, names_in_view, run
 
@@ -25,12 +25,14 @@ class Episode:
     truth: str  # the part of the robot that knew the truth; "" when none did
     toured: bool  # the mapping tour had the object in view
     status: str  # what the robot says
-    success: bool  # what is true: it says found, and the object is in view
+    success: bool  # what is true: it says found, and the object is in view; or it says that what is gone is not here
     cause: str  # why it failed; "" when it did not
     in_view: bool
     angular_error: float  # rad; NaN when the home has no such object
     pixel_error: float  # px, columns from the picture's middle to the object's; NaN when it is not in the picture
     score: float  # of the sighting that the answer rests on; NaN without one
+    remembered: float  # the memory's best score there; NaN without a sighting
+    confidence: float  # that the robot states
     duration: float  # s, simulated
     distance: float  # m
     contacts: int  # collisions
@@ -52,8 +54,11 @@ def ask(tour: Tour, method: str, noun: str, disturbance: str, search: bool, seed
         origin = compose(world.truth, between(world.odometry.pose, np.zeros(3)))
     run(world, mission, lambda: met.update(names_in_view(world)))
     outcome, verdict = mission.outcome, judge(world, noun)
-    success = outcome.status == "found" and verdict.in_view
-    sighting = outcome.sighting
+    if instances_of(world.house, noun):
+        success = outcome.status == "found" and verdict.in_view
+    else:
+        success = outcome.status in ("not found", "not in memory")
+    claim = outcome.claim
     return Episode(
         home=world.house.name,
         method=method,
@@ -67,7 +72,9 @@ def ask(tour: Tour, method: str, noun: str, disturbance: str, search: bool, seed
         in_view=verdict.in_view,
         angular_error=verdict.angular_error,
         pixel_error=_pixel_error(world, verdict.object_id),
-        score=nan if sighting is None else sighting.detection.score,
+        score=nan if claim is None else claim.sighting.detection.score,
+        remembered=nan if claim is None else claim.remembered,
+        confidence=outcome.confidence,
         duration=outcome.duration,
         distance=outcome.distance,
         contacts=world.contacts - contacts,

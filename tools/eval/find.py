@@ -1,19 +1,19 @@
 """``vlpg eval find``: map homes, ask for what is in them by each method, and count what was found and how well."""
 
 import argparse
-import json
 import os
 import sys
-from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
 
 from firmware_sim.home import GENERATED
 from firmware_sim.house import HOMES, HouseError
-from models.manifest import ModelError
-from tools.eval.campaign import HomeResult, Plan, run_homes
+from models.manifest import DEFAULT, ModelError
+from tools.eval.campaign import HomeResult, Plan, run_homes, write
 from tools.eval.disturbance import DISTURBANCES
 from tools.eval.methods import METHODS
+from tools.eval.reliability import claims_of
+from tools.eval.reliability import show as reliability
 from tools.eval.table import name_of, show, write_csv
 from tools.eval.truth import TRUTHS
 
@@ -72,7 +72,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument(
         "--homes", default="handmade", help="handmade (all of them), generated:0-39, or names, comma-separated"
     )
-    parser.add_argument("--encoder", choices=["shipped", "oracle"], default="shipped")
+    parser.add_argument("--encoder", default=DEFAULT, metavar="MODEL", help="a model's name, or oracle: true labels")
     parser.add_argument(
         "--methods", default="vlpg-nav", metavar="M,…", help=f"all, or some of {', '.join(METHODS)} (default: vlpg-nav)"
     )
@@ -91,7 +91,7 @@ def main(arguments: list[str] | None = None) -> None:
         metavar="P,…",
         help=f"also ask with all, or some, of these parts told the truth, one at a time: {', '.join(TRUTHS)}",
     )
-    parser.add_argument("--search", action="store_true", help="look even for what does not seem to be in memory")
+    parser.add_argument("--search", action="store_true", help="never say that it is not here; claim the best guess")
     parser.add_argument("--seed", type=int, default=0, help="of every source of noise")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="homes at a time (default: one a core)")
     parser.add_argument("--ray", metavar="ADDRESS", help="run the homes on the Ray cluster there (extra `cluster`)")
@@ -125,8 +125,11 @@ def main(arguments: list[str] | None = None) -> None:
     episodes = [episode for result in results for episode in result.episodes]
     print(f"\n{options.encoder} encoder, {len(results)} homes, seed {options.seed}\n{show(episodes)}")
     print(show_memory(results))
+    claims = claims_of([e for e in episodes if name_of(e) == "vlpg-nav"])
+    if claims:
+        print(f"\nhow far vlpg-nav's confidence can be believed\n{reliability(claims)}")
     if options.json:
-        options.json.write_text(json.dumps([asdict(result) for result in results], indent=1))
+        write(results, options.json)
     if options.csv:
         write_csv(episodes, options.csv)
     if options.picture:

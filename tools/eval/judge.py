@@ -41,8 +41,9 @@ def judge(world: World, noun: str) -> Verdict:
 
 
 def sae_terms(successes, angular_errors) -> list[float]:
-    """``S_i exp(-(error_i / 90 deg)^2)`` of each episode; errors in rad."""
-    return [exp(-((error / (pi / 2)) ** 2)) if success else 0.0 for success, error in zip(successes, angular_errors)]
+    """``S_i exp(-(error_i / 90 deg)^2)`` of each episode; errors in rad, NaN where there is nothing to look at."""
+    errors = np.nan_to_num(np.asarray(angular_errors, float))
+    return [exp(-((error / (pi / 2)) ** 2)) if success else 0.0 for success, error in zip(successes, errors)]
 
 
 def sae(successes, angular_errors) -> float:

@@ -1,7 +1,7 @@
 """The four methods that [V] compares in Sec. IV, each a mission built from the same parts."""
 
 from edge.missions.centring import centre
-from edge.missions.find_object import FindObject, FindObjectConfig, Outcome
+from edge.missions.find_object import Claim, FindObject, FindObjectConfig, Outcome
 from edge.missions.map_home import MapHome
 from edge.missions.mission import Mission, Story
 from edge.missions.motion import drive
@@ -49,9 +49,13 @@ class Frontier(MapHome):
         return twist
 
     def ended(self, status, sighting=None) -> Outcome:
-        robot = self.robot
+        robot, claim, confidence = self.robot, None, 0.0
+        if sighting is not None:
+            score = sighting.detection.score
+            confidence = robot.encoder.confidence(score, score)
+            claim = Claim(sighting, score, confidence)
         duration, distance = robot.stamp - self._started, robot.distance - self._driven
-        return Outcome(status, [], robot.memory.poses([]), sighting, duration, distance)
+        return Outcome(status, [], robot.memory.poses([]), claim, confidence, duration, distance)
 
 
 class ViewpointOnly(FindObject):

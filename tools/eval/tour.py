@@ -31,12 +31,14 @@ class Tour:
 
 
 def map_home(home: str, encoder: str, seed: int, truth: str = "") -> Tour:
-    """Map ``home`` (a name, a file, "generated:7") with the "shipped" or the "oracle" encoder; ``seed`` of all noise.
+    """Map ``home`` (a name, a file, "generated:7") with the ``encoder`` (a model's name, or "oracle").
 
-    ``truth`` names the part of the robot, one of TRUTHS, that knows it. Raises HouseError when there is no such home.
+    ``seed`` is of all noise; ``truth`` names the part of the robot, one of TRUTHS, that knows it. Raises HouseError or
+    ModelError when there is no such home or model.
     """
     world = World(load_home(home), seed)
-    robot = new_robot(world, OracleEncoder(world) if encoder == "oracle" or truth == "encoder" else Encoder.load())
+    true = encoder == "oracle" or truth == "encoder"
+    robot = new_robot(world, OracleEncoder(world) if true else Encoder.load(encoder))
     if truth == "pose":
         robot.localizer = TrueLocalizer(world)
     mission, seen = MapHome(robot), set()

@@ -4,7 +4,7 @@ import numpy as np
 
 from edge.perception.encoder import Encoder
 from edge.perception.prompts import contrast
-from tools.train.calibrate import logistic
+from tools.logistic import logistic
 from tools.train.homes import shoot
 
 # Seeds of generated homes, apart from each other and from those that `vlpg eval encoder` measures in.
@@ -44,7 +44,7 @@ def scaled_logistic(cosines: np.ndarray, truths: np.ndarray) -> dict[str, float]
     Where higher cosines do not go with what is shown, as with untrained weights, every relevance is one half.
     """
     mean, spread = cosines.mean(), max(cosines.std(), 1e-6)
-    slope, offset = logistic((cosines - mean) / spread, truths)
+    slope, offset = logistic((cosines - mean) / spread, truths, balanced=True)
     if slope <= 0:
         return {"slope": 0.0, "offset": 0.0}
     return {"slope": round(slope / spread, 4), "offset": round(offset - slope * mean / spread, 4)}

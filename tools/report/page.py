@@ -97,7 +97,10 @@ def _table(kind: str, head: str, rows: list[str]) -> str:
 
 def _card(search: Search, number: int, plan: FloorPlan, folder: Path) -> str:
     kind = search.verdict.replace(" ", "-")
-    facts = [search.status] + ([f"score {search.score:.2f}"] if search.score is not None else [])
+    facts = [search.status]
+    if search.confidence is not None:
+        of = "" if search.status == "found" else " of the best guess"
+        facts.append(f"{search.confidence:.0%} sure{of}")
     facts += [f"{search.duration:.1f} s ({search.wall:.0f} s of wall time)", f"{search.distance:.1f} m"]
     viewpoints = len(search.hypotheses)
     ranked = f"{viewpoints} ranked viewpoint{'s' * (viewpoints != 1)}" if viewpoints else "No viewpoint"

@@ -90,7 +90,7 @@ class Search(msgspec.Struct, frozen=True):
     true_positions: list[Xy]  # of everything in the house that the words name
     angular_error: float | None  # rad between heading and the line of sight to the object's true centre
     visible: float  # share of the object's silhouette in the picture
-    score: float | None
+    confidence: float | None  # that the robot states, of its claim or its best guess
     picture: str | None  # JPEG, the last one the camera took
     picture_size: tuple[int, int] | None  # width, height [px]
     box: tuple[float, float, float, float] | None  # x0, y0, x1, y1 [px]

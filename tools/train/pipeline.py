@@ -22,11 +22,11 @@ from models.manifest import Image, Manifest
 from tools.assets.catalog import find_libraries
 from tools.bench import encoder as bench
 from tools.eval.encoder import evaluate_naming, evaluate_photographs
+from tools.logistic import logistic
 from tools.models.measure import measure
 from tools.models.reference import NAME as REFERENCE
 from tools.train import card, evaluate, image_export, text_tower
 from tools.train.batches import Batches
-from tools.train.calibrate import logistic, presence
 from tools.train.features import Features, is_validation, make_chunks
 from tools.train.fetch import fetch
 from tools.train.finetune import TrainConfig, train
@@ -35,6 +35,7 @@ from tools.train.golden import odd_sizes, write_golden, write_preprocess_golden
 from tools.train.homes import shoot
 from tools.train.image_tower import Front, Head, ImageTower, Neck, Trunk
 from tools.train.package import write_manifest
+from tools.train.presence import presence
 from tools.train.scenes import SceneMaker
 from tools.train.sprites import LIBRARIES, load_sprites, render_library, training_entries
 from tools.train.validate import validate
@@ -214,7 +215,7 @@ class Pipeline:
         score, vectors = validate(tower, validation, entries, dict(zip(nouns, texts - nothing)))
         truth = presence(validation, entries, nouns, REGIONS)
         known = ~np.isnan(truth)
-        slope, offset = logistic((vectors @ texts.T)[known], truth[known] == 1)
+        slope, offset = logistic((vectors @ texts.T)[known], truth[known] == 1, balanced=True)
         relevance = {"slope": round(slope, 3), "offset": round(offset, 3)}
         return {"scores": asdict(score), "config": asdict(MEASURED), "relevance": relevance}
 

@@ -23,7 +23,7 @@ def ask(mapped, noun, **options):
 def test_an_object_is_found_centred_and_near(mapped, noun):
     outcome = ask(mapped, noun)
     verdict = judge(mapped.world, noun)
-    assert outcome.status == "found"
+    assert outcome.status == "found" and outcome.confidence == outcome.claim.confidence > 0.9
     assert verdict.in_view and verdict.angular_error < np.radians(10)
     thing = mapped.world.house.objects[verdict.object_id]
     assert np.hypot(*(mapped.world.truth[:2] - (thing.x, thing.y))) < 2.6  # from its centre; a couch is 2 m wide

@@ -52,8 +52,8 @@ class MadeUpRobot:
             return FindReply(self.answer, words, pose, 5.0, 2.0, [], jpeg=JPEG)
         hypotheses = [Hypothesis(pose, 0.9, [pose])]
         replan = Replan(Array.of(np.full((4, 6), 25, np.uint8)), (0.0, 0.0), 0.05, pose)
-        seen = ((2.0, 0.0), 0.0, 1.0, 0.9, (1, 2, 30, 40), JPEG, [replan])
-        return FindReply("found", words, pose, 5.0, 2.0, hypotheses, *seen)
+        seen = (2.0, 0.0), 0.0, 1.0, 0.9, (1, 2, 30, 40), JPEG
+        return FindReply("found", words, pose, 5.0, 2.0, hypotheses, *seen, confidence=0.6, replans=[replan])
 
     def map(self):
         return MapReply(Array.of(np.zeros((20, 30), np.int8)), (0.0, 0.0), 0.05, Array.of(np.zeros((0, 2), np.float32)))
@@ -128,6 +128,7 @@ def test_a_true_claim_is_confirmed_and_kept(demo, house, tmp_path):
     # The robot's map begins at the dock.
     assert between(house.start, search.pose) == pytest.approx((1.0, 0.0, 0.0), abs=1e-3)
     assert search.hypotheses[0].pose == pytest.approx(search.pose)
+    assert search.confidence == 0.6
     (replan,) = search.replans
     assert replan.pose == pytest.approx(search.pose) and replan.probability.shape == (4, 6)
     assert (tmp_path / replan.probability.picture).is_file()

@@ -66,5 +66,12 @@ def test_what_cannot_be_reached_is_not_claimed(tour):
     assert episode.status in ("not found", "timeout") and not episode.success
 
 
+def test_of_what_is_gone_it_is_right_to_say_so(tour):
+    _, after, *_ = in_child(changed, tour, "remove")
+    assert "teddy-1" not in after and "couch-1" in after
+    episode = in_child(ask, tour, "vlpg-nav", "teddy bear", "remove", False, 1)
+    assert episode.success and episode.status == "not found" and episode.confidence == 0
+
+
 def test_every_disturbance_is_tested():
-    assert set(DISTURBANCES) == {"push", "occlude", "displace", "double", "shut"}
+    assert set(DISTURBANCES) == {"push", "occlude", "displace", "double", "shut", "remove"}

@@ -13,6 +13,7 @@ def test_sae_of_a_perfect_run_is_one_and_of_a_right_angle_1_over_e():
     assert sae([True], [0.0]) == 1.0
     assert sae([True], [np.pi / 2]) == pytest.approx(np.exp(-1))
     assert sae([True, False], [0.0, 0.0]) == 0.5
+    assert sae([True], [float("nan")]) == 1.0  # it says rightly that the thing is not here
 
 
 def world_at(pose):

@@ -10,8 +10,8 @@ from tools.eval.table import margins, rows, show, write_csv
 
 RIGHT = Episode(
     home="a", method="vlpg-nav", noun="couch", disturbance="", truth="", toured=True, status="found", success=True,
-    cause="", in_view=True, angular_error=radians(9), pixel_error=30.0, score=0.9, duration=20.0, distance=5.0,
-    contacts=0, pose_error=0.03,
+    cause="", in_view=True, angular_error=radians(9), pixel_error=30.0, score=0.9, remembered=0.8, confidence=0.7,
+    duration=20.0, distance=5.0, contacts=0, pose_error=0.03,
 )  # fmt: skip
 WRONG = replace(RIGHT, success=False, cause="claims another thing", in_view=False, angular_error=2.0, pixel_error=80.0)
 SILENT = replace(WRONG, status="not found", cause="looked elsewhere")

@@ -7,6 +7,7 @@ from edge.missions.mission import Mission
 from edge.missions.motion import turn
 from edge.perception.prompts import Target
 from edge.pose import between
+from models.manifest import DEFAULT
 from tools.eval.child import in_child
 from tools.eval.episode import ask
 from tools.eval.oracle import OracleEncoder
@@ -36,7 +37,7 @@ def test_the_true_pose_has_no_error(home):
 
 
 def test_the_true_encoder_is_the_oracle(home):
-    assert isinstance(map_home(home, "shipped", 0, "encoder").robot.encoder, OracleEncoder)
+    assert isinstance(map_home(home, DEFAULT, 0, "encoder").robot.encoder, OracleEncoder)
 
 
 def test_the_true_box_is_that_of_the_instance(tour):

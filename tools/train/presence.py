@@ -1,30 +1,10 @@
-"""From cosines to probabilities, fitted on the validation models: the manifest's relevance."""
+"""What each region of a rendered scene truly shows: the truth that the manifest's relevance is fitted to."""
 
 import numpy as np
 
 from tools.assets.catalog import Entry
 from tools.train.features import SHOWN, Features
 from tools.train.words import names
-
-
-def logistic(x: np.ndarray, y: np.ndarray, steps: int = 50) -> tuple[float, float]:
-    """Slope and offset of P(y) = sigmoid(slope x + offset) by Newton's method, both classes given equal weight.
-
-    Raises:
-        ValueError: only one class is there.
-    """
-    y = np.asarray(y, bool)
-    if y.all() or not y.any():
-        raise ValueError("A calibration needs both cases: pictures with the object and pictures without it.")
-    weight = np.where(y, 0.5 / y.sum(), 0.5 / (~y).sum())
-    design = np.stack([x, np.ones(len(x))], 1)
-    theta = np.zeros(2)
-    for _ in range(steps):
-        p = 1 / (1 + np.exp(-design @ theta))
-        gradient = design.T @ (weight * (y - p))
-        hessian = (design * (weight * p * (1 - p))[:, None]).T @ design + 1e-9 * np.eye(2)
-        theta += np.linalg.solve(hessian, gradient)
-    return float(theta[0]), float(theta[1])
 
 
 def presence(features: Features, entries: list[Entry], nouns: list[str], regions) -> np.ndarray:
