@@ -61,6 +61,33 @@ def test_what_was_taken_away_is_not_claimed(mapped):
     assert outcome.replans and all(0 <= r.probability.min() and r.probability.max() <= 1 for r in outcome.replans)
 
 
+def test_an_improbable_claim_is_made_only_if_asked_for(mapped, monkeypatch):
+    monkeypatch.setattr(mapped.robot.encoder, "confidence", lambda seen, remembered: 0.1)
+    outcome = ask(mapped, "couch")
+    assert outcome.status == "not found" and outcome.claim is not None and outcome.confidence == 0.1
+    assert ask(mapped, "couch", search_unknown=True).status == "found"
+
+
+def test_of_several_claims_the_surest_is_gone_back_to(mapped, monkeypatch):
+    stated = []
+
+    def less_each_time(seen, remembered):
+        stated.append(0.6 - 0.1 * len(stated))
+        return stated[-1]
+
+    monkeypatch.setattr(mapped.robot.encoder, "confidence", less_each_time)
+    outcome = ask(mapped, "couch")
+    assert len(stated) > 1 and outcome.status == "found" and outcome.confidence == 0.6
+    assert judge(mapped.world, "couch").in_view
+
+
+def test_a_sure_claim_ends_the_search(mapped, monkeypatch):
+    stated = []
+    monkeypatch.setattr(mapped.robot.encoder, "confidence", lambda *scores: stated.append(scores) or 0.95)
+    assert ask(mapped, "teddy bear").status == "found"
+    assert len(stated) == 1
+
+
 def test_dead_sensors_are_survived_and_lose_no_map():
     world = make_world()
     mission = MapHome(make_robot(world))
