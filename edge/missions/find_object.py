@@ -79,6 +79,7 @@ class FindObject(Mission):
         self.hypotheses: list[Viewpoint] = []
         self.places = np.zeros((0, 3))
         self.replans: list[Replan] = []
+        self._in_vain: list[np.ndarray] = []  # poses (3,) from which the object was looked for and not seen
         self._rng = np.random.default_rng(seed)
         self._started, self._driven = robot.stamp, robot.distance
         super().__init__(robot)
@@ -174,7 +175,10 @@ class FindObject(Mission):
                 views = look_closely(robot.encoder, robot.frame.rgb, hfov=robot.camera.hfov)
                 sightings.append(sight(robot, self.detector, self.target, views))
         seen = [sighting for sighting in sightings if sighting is not None]
-        return seen[-1] if len(seen) > len(sightings) / 2 else None
+        if len(seen) > len(sightings) / 2:
+            return seen[-1]
+        self._in_vain.append(robot.pose)
+        return None
 
     def search_nearby(self, hypothesis: Viewpoint) -> Story:
         """Local search around a viewpoint that did not show the object ([V] Sec. III-E): a ``Sighting`` or None."""
@@ -188,7 +192,8 @@ class FindObject(Mission):
             self._scores[hypothesis.members],
             robot.camera,
         )
-        search.observed(robot.pose)
+        for pose in self._in_vain:
+            search.observed(pose)
         while True:
             can_reach = reachable(grid, robot.pose, robot.config.radius)
             pose = search.next_pose(robot.pose, can_reach, grid.clearance(), grid.frame, self._rng)
@@ -199,7 +204,7 @@ class FindObject(Mission):
             sighting = yield from self.stare()
             if sighting is not None:
                 return sighting
-            search.observed(robot.pose)
+            search.observed(self._in_vain[-1])
 
     def step(self, observation):
         """One control step; gives up when the time limit has passed."""
