@@ -3,6 +3,8 @@
 import sqlite3
 from pathlib import Path
 
+import numpy as np
+
 SCHEMA = 2
 READABLE = ("1", "2")  # 1 had no scans
 PER_NODE = 4  # most embeddings of one node; embedding.id = PER_NODE * node + region
@@ -94,3 +96,18 @@ def _upgrade(db):
         db.execute("ALTER TABLE node ADD COLUMN scan BLOB")
         db.execute("UPDATE meta SET value=? WHERE key='schema'", (str(SCHEMA),))
         db.execute("COMMIT")
+
+
+_UPPER = np.triu_indices(3)
+
+
+def pack_symmetric(matrix):
+    """A symmetric (3, 3) matrix as the 6 little-endian float64 of its upper triangle, row by row."""
+    return np.asarray(matrix, "<f8")[_UPPER].tobytes()
+
+
+def unpack_symmetric(blob):
+    """The (3, 3) matrix that ``pack_symmetric`` wrote."""
+    matrix = np.zeros((3, 3))
+    matrix[_UPPER] = np.frombuffer(blob, "<f8")
+    return matrix + np.triu(matrix, 1).T
