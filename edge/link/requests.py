@@ -177,6 +177,7 @@ class Optimize(Body):
     edges: Array  # (E, 2) int64 ids
     transforms: Array  # (E, 3) float64, the second node seen from the first
     information: Array  # (E, 3, 3) float64
+    trusted: Array  # (E,) bool; the others may be plain wrong
 
 
 class OptimizeReply(Body):

@@ -64,7 +64,7 @@ def straighten(home: str, encoder: str, seed: int) -> Straightened:
     ids, edges = np.arange(len(truth)), blind.memory.edges()
     raw = blind.memory.poses(ids)
     ends = np.column_stack([edges.i, edges.j])
-    poses, _ = optimise(ids, raw, ends, edges.transforms, edges.information)
+    poses, _ = optimise(ids, raw, ends, edges.transforms, edges.information, edges.trusted)
     errors = [_rms(found, np.array(truth)) for found in (raw, poses)]
     return Straightened(world.house.name, len(ids), edges.kinds.count("loop"), *errors)
 
