@@ -52,7 +52,7 @@ class Array(Body):
         return np.frombuffer(self.data, np.dtype(self.dtype).newbyteorder("<")).reshape(self.shape)
 
 
-# On the robot: `<robot>/find`, `cancel`, `status`, `map`, `graph`.
+# On the robot: `<robot>/find`, `tour`, `cancel`, `status`, `map`, `graph`.
 
 
 class Find(Body):
@@ -85,6 +85,19 @@ class FindReply(Body):
     score: float | None = None  # of the detection, [0, 1]
     box: tuple[float, float, float, float] | None = None  # x0, y0, x1, y1 px in the picture
     jpeg: bytes | None = None  # the robot's last picture
+
+
+class Tour(Body):
+    """Drive through the home once more and look at everything again. The reply comes when that has ended."""
+
+
+class TourReply(Body):
+    """How a tour ended. "timeout": it was cut short, and what it has seen is remembered all the same."""
+
+    status: Literal["complete", "timeout", "cancelled"]
+    duration: float  # s
+    distance: float  # m driven
+    nodes: int  # in the memory
 
 
 class Cancel(Body):

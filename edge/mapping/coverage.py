@@ -55,6 +55,10 @@ class CameraCoverage:
         picked = depth[::4, np.linspace(0, width - 1, self.config.columns).round().astype(np.intp)]
         return np.nan_to_num(picked, nan=0.0).max(axis=0)
 
+    def forget(self) -> None:
+        """Nothing has been looked at, as at the beginning of a tour."""
+        self.viewed[:] = 0
+
     def move(self, frame: GridFrame, column, row) -> None:
         """Move along with a grid that now lies in ``frame`` and was warped from ``column`` and ``row`` (H, W)."""
         self.follow(frame)
