@@ -11,11 +11,14 @@ class NodeTable:
     def __init__(self, db):
         self._db = db
 
-    def add(self, node, stamp, pose, covariance, keyframe, scan):
-        """A new node; ``keyframe`` and ``scan`` are bytes or None."""
+    def add(self, node, stamp, view, keyframe, scan, tour):
+        """A new node from a ``View``; ``keyframe`` and ``scan`` are bytes or None."""
+        reach = view.reach.tobytes() if view.reach.any() else None
+        covariance = pack_symmetric(view.covariance)
         self._db.execute(
-            "INSERT INTO node(id, stamp, x, y, theta, covariance, keyframe, scan) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-            (node, float(stamp), *pose.tolist(), pack_symmetric(covariance), keyframe, scan),
+            "INSERT INTO node(id, stamp, x, y, theta, covariance, keyframe, scan, tour, reach)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            (node, float(stamp), *view.pose.tolist(), covariance, keyframe, scan, tour, reach),
         )
 
     def add_vectors(self, node, matrix, scales, bearings):
@@ -64,9 +67,9 @@ class NodeTable:
         return [self._db.execute(f"SELECT {column} FROM node WHERE id=?", (node,)).fetchone()[0] for node in ids]
 
     def all(self):
-        """Id, pose (3,) and whether it answers, of every node by id."""
-        rows = self._db.execute("SELECT id, x, y, theta, superseded_by IS NULL FROM node ORDER BY id")
-        return ((node, pose, answers) for node, *pose, answers in rows)
+        """Id, pose (3,), whether it answers, tour and reach, of every node by id."""
+        rows = self._db.execute("SELECT id, x, y, theta, superseded_by IS NULL, tour, reach FROM node ORDER BY id")
+        return ((node, pose, answers, tour, reach) for node, *pose, answers, tour, reach in rows)
 
     def vectors(self, dim):
         """Pieces of all vectors by id of their node: owners, matrix (M, D) int8, scales, bearings."""

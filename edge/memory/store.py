@@ -4,15 +4,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from edge.memory.database import PER_NODE, connect, unpack_symmetric
+from edge.memory.database import connect, unpack_symmetric
 from edge.memory.edges import EdgeTable
 from edge.memory.gate import GateConfig, judge
 from edge.memory.motion import MotionNoise, in_frame
 from edge.memory.node_table import NodeTable
-from edge.memory.nodes import Nodes
+from edge.memory.nodes import PER_METRE, Nodes
 from edge.memory.thinning import most_redundant
 from edge.memory.vectors import Vectors, quantize
-from edge.pose import between, wrap
+from edge.memory.view import View
+from edge.pose import between
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,11 @@ class Vlpg:
         """Ids ``(N,)`` int64 of all nodes, superseded ones too."""
         return self._nodes.ids.copy()
 
-    def add(self, stamp, pose, covariance, vectors, bearings, keyframe=None, scan=None):
+    def begin_tour(self):
+        """From now on, views are of a new tour: what was seen before may no longer be so."""
+        self._tour += 1
+
+    def add(self, stamp, pose, covariance, vectors, bearings, keyframe=None, scan=None, reach=None):
         """Offers a view; the gate decides whether it becomes a node.
 
         Args:
@@ -102,6 +107,7 @@ class Vlpg:
             bearings: (R,) rad from the heading, left positive.
             keyframe: JPEG bytes of the view, kept for ``vlpg reindex`` and for people to look at; or None.
             scan: the lidar scan there, packed by ``scan_bytes``, for loop closures; or None.
+            reach: (COLUMNS,) m, how far the view went at columns from left to right, 0 where unknown; or None.
 
         Returns the new node's id, or None when the gate refused the view. A node is linked to the one admitted before
         it, or, the first since the store was opened, to the nearest one of old. It replaces nodes at (nearly) the same
@@ -109,31 +115,30 @@ class Vlpg:
 
         Raises ValueError for wrong shapes or numbers that are not finite.
         """
-        pose, covariance = np.asarray(pose, float), np.asarray(covariance, float)
-        vectors, bearings = np.atleast_2d(np.asarray(vectors, np.float32)), np.atleast_1d(np.asarray(bearings, float))
-        self._validate(pose, covariance, vectors, bearings)
+        view = View.checked(self.dim, pose, covariance, vectors, bearings, reach)
         verdict = judge(
-            pose,
+            view.pose,
             self._nodes.poses,
             self._nodes.answers,
-            lambda rows: self._vectors.cosines(self._nodes.ids[rows], vectors),
+            self._nodes.tours == self._tour,
+            lambda rows: self._vectors.cosines(self._nodes.ids[rows], view.vectors),
             self.config.gate,
         )
         if not verdict.admit:
             return None
         node = self._nodes.next
         replaced = self._nodes.ids[verdict.superseded].tolist()
-        near = self._nearest(pose) if self._last is None and len(self._nodes) else None
-        matrix, scales = quantize(vectors)
+        nearest = self._nodes.nearest(view.pose, self.config.gate)
+        matrix, scales = quantize(view.vectors)
         self._begin()
-        self._table.add(node, stamp, pose, covariance, keyframe, scan)
-        self._table.add_vectors(node, matrix, scales, bearings)
-        self._nodes.append(node, pose, True)
-        self._vectors.append(node, matrix, scales, bearings)
+        self._table.add(node, stamp, view, keyframe, scan, self._tour)
+        self._table.add_vectors(node, matrix, scales, view.bearings)
+        self._nodes.append(node, view.pose, True, self._tour, view.reach)
+        self._vectors.append(node, matrix, scales, view.bearings)
         if self._last is not None:
             self.link(self._last, node, kind="odometry")
-        elif near is not None:
-            self._resume(near, node, covariance)
+        elif nearest is not None:
+            self._resume(nearest, node, view.covariance)
         self._last = node
         for old in replaced:
             self.supersede(old, by=node)
@@ -151,6 +156,21 @@ class Vlpg:
         or with NaN.
         """
         return self._vectors.search(direction, k)
+
+    def tours(self, ids):
+        """``(N,)`` on which tour the views of nodes were seen, counted from 1; 0: before the first."""
+        return self._nodes.tours[self._nodes.rows(ids)]
+
+    def reach(self, ids):
+        """``(N, COLUMNS)`` m, how far views went at columns from left to right; 0 where that is not known."""
+        return self._nodes.reach[self._nodes.rows(ids)] / np.float32(PER_METRE)
+
+    def scores(self, ids, direction):
+        """Scores and bearings ``(N, PER_NODE)`` of the regions of nodes that answer; NaN for regions they lack.
+
+        The score of ``search``, but for the rounding of the direction.
+        """
+        return self._vectors.scores(self._nodes.ids[self._nodes.rows(ids)], direction)
 
     def cosines(self, ids, vectors):
         """Cosines ``(N, R)`` of ``vectors (R, D)`` with the regions of nodes that answer, rank by rank."""
@@ -244,16 +264,11 @@ class Vlpg:
         self._db.close()
 
     def _load(self):
-        for node, pose, answers in self._table.all():
-            self._nodes.append(node, pose, answers)
+        for *node, reach in self._table.all():
+            self._nodes.append(*node, 0 if reach is None else np.frombuffer(reach, np.uint8))
+        self._tour = int(self._nodes.tours.max(initial=0))
         for rows in self._table.vectors(self.dim):
             self._vectors.append(*rows)
-
-    def _nearest(self, pose):
-        """Id of the node whose pose is nearest to ``pose (3,)``, by what the gate calls another place."""
-        away = self._nodes.poses - pose
-        turned = np.abs(wrap(away[:, 2])) / self.config.gate.angle
-        return int(self._nodes.ids[(np.hypot(away[:, 0], away[:, 1]) / self.config.gate.distance + turned).argmin()])
 
     def _resume(self, old, node, covariance):
         """Links the first node of a session: the map is what it was located in, and ``old`` is what the map is of."""
@@ -290,13 +305,3 @@ class Vlpg:
     def _read(self, column, ids):
         """What the file has in ``column`` for nodes, a list."""
         return self._table.read(column, self._nodes.ids[self._nodes.rows(ids)].tolist())
-
-    def _validate(self, pose, covariance, vectors, bearings):
-        if pose.shape != (3,) or covariance.shape != (3, 3):
-            raise ValueError(f"pose must be (3,) and covariance (3, 3), not {pose.shape} and {covariance.shape}")
-        if vectors.ndim != 2 or vectors.shape[1] != self.dim or not 1 <= len(vectors) <= PER_NODE:
-            raise ValueError(f"vectors must be (1 to {PER_NODE}, {self.dim}), not {vectors.shape}")
-        if bearings.shape != (len(vectors),):
-            raise ValueError(f"{len(vectors)} vectors need as many bearings, not {bearings.shape}")
-        if not all(np.isfinite(a).all() for a in (pose, covariance, vectors, bearings)):
-            raise ValueError("a view with NaN or infinity in pose, covariance, vectors or bearings cannot be stored")

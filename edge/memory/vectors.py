@@ -102,10 +102,7 @@ class Vectors:
         k = min(k, len(self))
         if k <= 0:
             return Hits(np.empty(0, np.int64), np.empty(0, np.float32), np.empty(0, np.float32))
-        query, _ = quantize(direction)
-        owners = self._owners[: self._count]
-        dots = np.asarray(numkong.cdist(query, self._matrix[: self._count], "dot")).ravel()
-        coarse = dots * self._scales[: self._count]
+        owners, coarse = self._owners[: self._count], self._dots(direction)
         if self._dead:
             coarse[~self._answers[: self._count]] = -np.inf
         rows = _largest(coarse, min(2 * k, len(self)))
@@ -113,6 +110,12 @@ class Vectors:
         best = np.argsort(-scores, kind="stable")[:k]
         rows = rows[best]
         return Hits(owners[rows].astype(np.int64), scores[best], self._bearings[rows])
+
+    def scores(self, nodes, direction):
+        """Scores and bearings ``(M, PER_NODE)`` of the regions of ``nodes (M,)``; NaN where a node has none."""
+        rows, has = self._of_rank(nodes, np.arange(PER_NODE))
+        dots = self._dots(np.asarray(direction, np.float32))
+        return np.where(has, dots[rows], np.nan), np.where(has, self._bearings[rows], np.nan)
 
     def cosines(self, nodes, vectors):
         """Cosines ``(M, R)`` of the rows of ``vectors (R, D)`` with the regions of ``nodes (M,)``, rank by rank.
@@ -150,6 +153,12 @@ class Vectors:
         """Rows that answer: owners ``(M,)`` int32, matrix ``(M, D)`` int8, scales ``(M,)``, bearings ``(M,)``."""
         alive = self._answers[: self._count]
         return tuple(a[: self._count][alive] for a in (self._owners, self._matrix, self._scales, self._bearings))
+
+    def _dots(self, direction):
+        """Dot products of all rows with ``direction (D,)``, which is rounded to int8 like the rows."""
+        query, scale = quantize(direction)
+        dots = np.asarray(numkong.cdist(query, self._matrix[: self._count], "dot")).ravel()
+        return dots * (self._scales[: self._count] * scale)
 
     def _of_rank(self, nodes, ranks):
         """Rows ``(M, R)`` of the regions of ``ranks (R,)`` of ``nodes (M,)``, and whether each node has them."""

@@ -49,6 +49,7 @@ class MapHome(Mission):
     def story(self) -> Story:
         robot, started, driven = self.robot, self.robot.stamp, self.robot.distance
         robot.coverage.forget()
+        robot.memory.begin_tour()
         yield from turn(robot, 2 * np.pi)
         while (frontier := self.next_frontier()) is not None and robot.stamp - started < self.config.time_limit:
             yield from self.visit(frontier)

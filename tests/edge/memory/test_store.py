@@ -172,6 +172,7 @@ def test_a_folder_that_does_not_exist(tmp_path):
         ({"vectors": np.ones((1, DIM + 1))}, "vectors must be"),
         ({"vectors": np.ones((5, DIM)), "bearings": np.zeros(5)}, "vectors must be"),
         ({"bearings": [0.0, 1.0]}, "bearings"),
+        ({"reach": [1.0, 2.0]}, "reach must be"),
         ({"pose": (0, np.nan, 0)}, "NaN"),
         ({"vectors": np.full((1, DIM), np.inf)}, "NaN or infinity"),
     ],
@@ -309,3 +310,35 @@ def test_the_first_node_of_a_session_is_linked_to_the_nearest_of_old_as_well_as_
     turn = np.array([[np.cos(0.3), -np.sin(0.3), 0], [np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]])
     doubt = turn @ np.linalg.inv(edges.information[-2]) @ turn.T  # in the map frame
     assert (np.linalg.eigvalsh(doubt - COVARIANCE) > 0).all() and np.abs(doubt - COVARIANCE).max() < 1e-3
+
+
+def test_a_later_tour_takes_the_same_views_again_in_place_of_the_old_ones(tmp_path):
+    path, rng = tmp_path / "home.vlpg", np.random.default_rng(3)
+    views = unit(rng, 3)
+    for tour in (1, 2):
+        with opened(path, VlpgConfig()) as store:
+            store.begin_tour()
+            for x, view in enumerate(views):
+                assert store.add(0.0, (x, 0, 0), COVARIANCE, view, [0.0]) is not None
+                assert store.add(0.1, (x, 0, 0), COVARIANCE, view, [0.0]) is None
+            assert len(store) == 3 and store.tours(store.ids).tolist() == [tour] * 3
+    with opened(path, VlpgConfig()) as store:
+        assert store.tours(store.held).tolist() == [1, 1, 1, 2, 2, 2] and store.ids.tolist() == [3, 4, 5]
+
+
+@pytest.mark.parametrize("schema", ["1", "2"])
+def test_a_store_of_an_older_schema_is_brought_up_to_date(tmp_path, schema):
+    path = tmp_path / "home.vlpg"
+    with opened(path) as store:
+        walk(store, np.random.default_rng(4), 3)
+    db = sqlite3.connect(path)
+    db.execute("ALTER TABLE node DROP COLUMN tour")
+    db.execute("ALTER TABLE node DROP COLUMN reach")
+    if schema == "1":
+        db.execute("ALTER TABLE node DROP COLUMN scan")
+    db.execute("UPDATE meta SET value=? WHERE key='schema'", (schema,))
+    db.commit()
+    db.close()
+    for _ in range(2):
+        with opened(path) as store:
+            assert len(store) == 3 and store.tours(store.ids).tolist() == [0, 0, 0] and store.scan(0) is None
