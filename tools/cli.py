@@ -118,6 +118,12 @@ def eval_graph(context: typer.Context) -> None:
     _become("tools.eval.graph", context.args)
 
 
+@eval_app.command("life", context_settings=_PASSED_ON, add_help_option=False)
+def eval_life(context: typer.Context) -> None:
+    """Change homes between tours, and count what the memory still gets right (vlpg eval life --help)."""
+    _become("tools.eval.life", context.args)
+
+
 @bench_app.command("encoder", context_settings=_PASSED_ON, add_help_option=False)
 def bench_encoder(context: typer.Context) -> None:
     """Time and weigh the image tower beside its float32 peers (vlpg bench encoder --help)."""
