@@ -288,6 +288,16 @@ def test_what_is_dropped_leaves_nothing_behind(tmp_path):
     assert left == [5, 20, 4]
 
 
+def test_of_the_superseded_the_last_ones_stay_for_audit():
+    store = opened(config=VlpgConfig(gate=DENSE.gate, audit=2))
+    walk(store, np.random.default_rng(2), 6)
+    for node in (3, 0, 1):
+        store.supersede(node, by=5)
+    store.supersede(2, by=4)
+    store.add(0.6, (6, 0, 0), COVARIANCE, unit(np.random.default_rng(0), 1), [0.0])
+    assert store.held.tolist() == [1, 3, 4, 5, 6] and in_one_piece(store)
+
+
 def test_a_smaller_limit_thins_an_old_store(tmp_path):
     path = tmp_path / "home.vlpg"
     with opened(path) as store:

@@ -22,6 +22,11 @@ def test_among_equally_crowded_places_those_that_saw_the_same_twice_make_room():
     assert most_redundant(poses, lambda older, newer: np.where(older == 2, 0.9, 0.3), GATE) == 2
 
 
+def test_the_most_crowded_place_makes_room_first_even_if_another_saw_the_same_twice():
+    poses = np.array([[0, 0, 0], [0.1, 0, 0], [3, 0, 0], [3.1, 0, 0], [3.2, 0, 0]])
+    assert most_redundant(poses, lambda older, newer: np.where(older == 0, 1.0, 0.2 + older / 100), GATE) == 3
+
+
 def test_looking_the_other_way_is_another_place():
     poses = np.array([[0, 0, 0], [0, 0, np.pi], [5, 0, 0], [5, 0, 0.1]])
     assert most_redundant(poses, alike, GATE) == 2
