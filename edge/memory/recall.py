@@ -15,7 +15,7 @@ from edge.memory.vectors import Hits
 class RecallConfig:
     """When views outvote a hit of an earlier tour."""
 
-    cell: float = 0.3  # m, in which places are told apart; a small piece of furniture
+    cell: float = 0.5  # m, in which places are told apart: a piece of furniture; half of it takes twice as long
     far: float = 7.0  # m, from which a thing may have been seen: a large one across a room and a half
     near: float = 3.0  # m, from which a view that does not show a thing speaks against it; as in `CoverageConfig`
     open: float = 0.9  # of the depth camera's range; returns from beyond are the floor of an open room and end no view
@@ -52,6 +52,7 @@ class Ballot:
         self.config, self.camera = config, camera
         self.ids = memory.ids
         self.tours, self.reach, poses = memory.tours(self.ids), memory.reach(self.ids), memory.poses(self.ids)
+        self.rounds, self.starts = np.unique(self.tours, return_index=True)  # the tours; ids and tours ascend together
         self.ahead = np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
         self.aside = self.ahead[:, ::-1] * [-1, 1]
         self.eyes = poses[:, :2] + camera.ahead * self.ahead + camera.left * self.aside
@@ -75,17 +76,20 @@ class Ballot:
     def stands(self, owner: int, score: float, said: np.ndarray, near: np.ndarray) -> bool:
         """Whether a hit does, given what the views (N) said about its places (P), and which looked from near."""
         config, alike = self.config, said >= self.config.alike * score
-        own, against = self.tours == self.tours[owner], near & ~alike
-        votes = np.where(near.any(axis=1), alike[:, own].sum(axis=1) - against[:, own].sum(axis=1), -len(self.ids))
-        likely = votes >= min(config.likely * votes.max(), votes.max())
-        near, against = near[likely], against[likely]
-        refuted, open_ = (np.full(len(near), value) for value in (False, True))
-        for tour in np.unique(self.tours[self.tours > self.tours[owner]])[::-1]:
-            looked = near[:, self.tours == tour].sum(axis=1)
-            decided = open_ & (looked >= config.votes)
-            refuted |= decided & (2 * against[:, self.tours == tour].sum(axis=1) > looked)
-            open_ &= ~decided
+        favour, against, looked = (self.by_tour(votes) for votes in (alike, near & ~alike, near))
+        own = int(np.searchsorted(self.rounds, self.tours[owner]))
+        # Where nobody looked from near on any tour, nobody could have spoken against it.
+        margin = np.where(looked.any(axis=1), favour[:, own] - against[:, own], -len(self.ids))
+        likely = margin >= min(config.likely * margin.max(), margin.max())
+        later, against = looked[likely, own + 1 :], against[likely, own + 1 :]
+        decided = later >= config.votes
+        last = np.arange(len(later)), decided.shape[1] - 1 - decided[:, ::-1].argmax(axis=1)
+        refuted = decided[last] & (2 * against[last] > later[last])
         return refuted.mean() < config.refuted
+
+    def by_tour(self, votes: np.ndarray) -> np.ndarray:
+        """How many of ``votes (P, N)`` are from each tour, ``(P, T)``."""
+        return np.add.reduceat(votes, self.starts, axis=1, dtype=np.int32)
 
     def claimed(self, owner: int, slope: float) -> np.ndarray:
         """Cells ``(P, 2)`` int, x and y, of the region around ``slope`` in the view of row ``owner``."""
@@ -98,8 +102,10 @@ class Ballot:
 
     def asked(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The scores ``(P, N)`` that views show at places (P, 2), -inf where they do not, and who looked from near."""
-        depths = places @ self.ahead.T - (self.eyes * self.ahead).sum(axis=1)
-        across = places @ self.aside.T - (self.eyes * self.aside).sum(axis=1)
+        depths, across = (
+            places.astype(np.float32) @ axis.T.astype(np.float32) - (self.eyes * axis).sum(axis=1).astype(np.float32)
+            for axis in (self.ahead, self.aside)
+        )
         place, view = np.nonzero((np.abs(across) <= self.edge * depths) & (depths <= self.config.far))
         depth, across = depths[place, view], across[place, view]
         slope = across / np.maximum(depth, 1e-6)
