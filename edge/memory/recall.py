@@ -95,7 +95,7 @@ class Ballot:
         """Cells ``(P, 2)`` int, x and y, of the region around ``slope`` in the view of row ``owner``."""
         slopes = np.clip(slope + np.linspace(-0.5, 0.5, 9) * self.edge, -self.edge, self.edge)
         slopes, depths = np.meshgrid(slopes, np.arange(self.camera.min_depth, self.config.far, self.config.cell))
-        inside = depths <= self.ends(np.full(slopes.shape, owner), slopes)
+        inside = depths <= np.maximum(self.ends(np.full(slopes.shape, owner), slopes), self.camera.min_depth)
         slopes, depths = slopes[inside, None], depths[inside, None]
         points = self.eyes[owner] + depths * (self.ahead[owner] + slopes * self.aside[owner])
         return np.unique(np.floor(points / self.config.cell).astype(np.int64), axis=0)

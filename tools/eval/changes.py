@@ -15,7 +15,7 @@ from tools.eval.tour import HIGHEST
 
 FAR = 2.0  # m, at least, that a thing is moved
 PORTABLE = 1.2  # m, of its longer side: what people carry about
-TALLEST = 1.6, 0.3  # m, most and least height of what is brought in: the camera sees all of it, and the robot meets it
+HEIGHTS = 0.3, 1.6  # m, of what is brought in: large enough to be told apart, and all of it in the picture
 DOORWAY = 0.8  # m around a door's middle that stays clear
 IN_REACH = 1.5  # m, at most, from where the robot can go
 ROOM_LEFT = 0.9  # share of the floor in reach that a change must leave so
@@ -35,8 +35,7 @@ class Household:
         """Ids of ``count`` models, drawn by lot, whose names nothing in the home has."""
         taken, models = set(_names(self.house)), {}
         for model in furniture_pack().values():
-            least, most = sorted(TALLEST)
-            if model.elevation is None and least < model.size[2] < most and max(model.size[:2]) < PORTABLE:
+            if model.elevation is None and HEIGHTS[0] < model.size[2] < HEIGHTS[1] and max(model.size[:2]) < PORTABLE:
                 models.setdefault(model.name.lower(), model.id)
         names = sorted(models.keys() - taken)
         return [models[name] for name in self.rng.permutation(names)[:count].tolist()]

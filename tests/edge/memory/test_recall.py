@@ -89,5 +89,9 @@ def test_what_has_come_back_counts_again():
     assert hall.tours_that_see() == [1, 3]
 
 
+def test_a_view_that_ended_before_the_lens_still_claims_what_is_there():
+    assert Hall().tour(cup=SPOT, reach=0.04).tour(around=FAR_SPOT).tours_that_see() == [1]
+
+
 def test_an_empty_memory_has_no_hits():
     assert len(recall(Hall().store, CUP - ELSE, 5, CAMERA).ids) == 0
