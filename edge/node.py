@@ -21,7 +21,7 @@ from edge.link.alive import Watch, declare_alive
 from edge.link.base import Base
 from edge.link.exchange import Exchange, Inbox
 from edge.link.offload import OffloadedEncoder
-from edge.link.reports import areas, cancelled_reply, find_reply, graph_reply, map_reply
+from edge.link.reports import areas, cancelled_reply, find_reply, graph_reply, map_reply, tour_reply
 from edge.link.requests import RequestError
 from edge.link.session import LinkError, add_link_arguments, link_config, open_session
 from edge.link.straighten import straighten
@@ -67,6 +67,7 @@ class Node:
         self._inbox = Inbox(session, self._wake.set)
         for key, kind, handler in (
             ("find", requests.Find, self._find),
+            ("tour", requests.Tour, self._tour),
             ("cancel", requests.Cancel, self._cancel),
             ("status", requests.Status, self._status),
             ("map", requests.Map, self._map),
@@ -75,7 +76,8 @@ class Node:
             self._inbox.on(f"{self.config.name}/{key}", kind, handler)
         self._mission = None if mapped else missions.map_home(robot)
         self._state = "idle" if mapped else "mapping"
-        self._finding: tuple[requests.Find, Exchange] | None = None
+        self._asked_by: Exchange | None = None  # who waits for the mission to end
+        self._object = ""  # what is being looked for
         self._started = self._driven = 0.0  # stamp and odometer when the mission began
         self._outcome = self._problem = ""
         self._frame = None  # the newest picture
@@ -104,8 +106,8 @@ class Node:
         finally:
             self.base.command(STOP)
             self._save()
-            if self._finding is not None:
-                self._finding[1].refuse("the robot process is shutting down")
+            if self._asked_by is not None:
+                self._asked_by.refuse("the robot process is shutting down")
             self._alive.undeclare()
 
     def _step(self, observation):
@@ -147,14 +149,16 @@ class Node:
     def _finish(self):
         """The mission has ended by itself."""
         outcome = self._mission.outcome
-        if self._finding is not None:
-            request, exchange = self._finding
+        if self._state == "finding":
             self._outcome = outcome.status
-            exchange.reply(find_reply(request.object, outcome, self.robot, self._frame))
+            reply = find_reply(self._object, outcome, self.robot, self._frame)
         else:
-            self.mapped = outcome.complete
+            self.mapped |= outcome.complete
             self._outcome = "mapped" if outcome.complete else "mapped in part: time ran out"
             self._straighten()
+            reply = tour_reply(outcome, self.robot)
+        if self._asked_by is not None:
+            self._asked_by.reply(reply)
         self._end("idle")
 
     def _straighten(self):
@@ -177,13 +181,13 @@ class Node:
     def _fail(self, problem):
         self.base.command(STOP)
         self._problem = problem
-        if self._finding is not None:
-            self._finding[1].refuse(problem)
+        if self._asked_by is not None:
+            self._asked_by.refuse(problem)
         self._end("failed")
 
     def _end(self, state):
-        self._mission = self._finding = None
-        self._state = state
+        self._mission = self._asked_by = None
+        self._state, self._object = state, ""
         self._save()
 
     def _save(self):
@@ -191,18 +195,30 @@ class Node:
         self._saved = self.robot.stamp
 
     def _find(self, request, exchange):
-        if self._state == "failed":
-            raise RequestError(f"the robot cannot: {self._problem}")
-        if self._mission is not None:
-            busy = "mapping its home" if self._finding is None else f"looking for {self._finding[0].object}"
-            raise RequestError(f"the robot is {busy}; wait, or cancel that first")
-        if self.base.age > self.config.silent:
-            raise RequestError("the base sends no odometry; start it first")
+        self._be_ready()
         try:
             mission = self.missions.find(self.robot, request)
         except ValueError as error:
             raise RequestError(str(error), getattr(error, "field", "") or "object") from error
-        self._mission, self._state, self._finding = mission, "finding", (request, exchange)
+        self._begin(mission, "finding", exchange)
+        self._object = request.object
+
+    def _tour(self, request, exchange):
+        self._be_ready()
+        self._begin(self.missions.map_home(self.robot), "mapping", exchange)
+
+    def _be_ready(self):
+        """Raises RequestError when the robot cannot begin anything now."""
+        if self._state == "failed":
+            raise RequestError(f"the robot cannot: {self._problem}")
+        if self._mission is not None:
+            busy = f"looking for {self._object}" if self._object else "mapping its home"
+            raise RequestError(f"the robot is {busy}; wait, or cancel that first")
+        if self.base.age > self.config.silent:
+            raise RequestError("the base sends no odometry; start it first")
+
+    def _begin(self, mission, state, exchange):
+        self._mission, self._state, self._asked_by = mission, state, exchange
         self._started, self._driven = self.robot.stamp, self.robot.distance
 
     def _cancel(self, request, exchange):
@@ -210,10 +226,12 @@ class Node:
             return requests.CancelReply(False)
         self.base.command(STOP)
         robot = self.robot
-        if self._finding is not None:
-            find, waiting = self._finding
+        if self._asked_by is not None:
             spent = robot.stamp - self._started, robot.distance - self._driven
-            waiting.reply(cancelled_reply(find.object, robot, self._frame, *spent))
+            if self._state == "finding":
+                self._asked_by.reply(cancelled_reply(self._object, robot, self._frame, *spent))
+            else:
+                self._asked_by.reply(requests.TourReply("cancelled", *spent, len(robot.memory)))
         self._outcome = "cancelled"
         self._end("idle")
         return requests.CancelReply(True)
@@ -238,7 +256,7 @@ class Node:
             host_alive=getattr(encoder, "host_alive", False),
             step_time=statistics.median(self._steps) if self._steps else 0.0,
             late=self._late,
-            object=self._finding[0].object if self._finding else "",
+            object=self._object,
             outcome=self._outcome,
             problem=self._problem or self.base.problem or ("the base sends no odometry" if silent else ""),
         )

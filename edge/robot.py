@@ -8,9 +8,10 @@ import numpy as np
 from edge.camera import CameraModel
 from edge.localization.localizer import Localizer
 from edge.localization.loop_closure import LoopCloser
-from edge.mapping.coverage import CameraCoverage
+from edge.mapping.coverage import CameraCoverage, farthest
 from edge.mapping.occupancy import OccupancyGrid
 from edge.mapping.warp import carried_pose
+from edge.memory.nodes import COLUMNS
 from edge.memory.scan_bytes import pack
 from edge.memory.store import Vlpg
 from edge.observation import LaserScan, Observation, RgbdFrame
@@ -112,6 +113,7 @@ class Robot:
         bgr = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2BGR)
         keyframe = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, self.config.keyframe_quality])[1].tobytes()
         scan = None if self._scan is None else pack(self._scan, between(frame.odom, self._scan.odom))
-        node = self.memory.add(frame.stamp, pose, self.localizer.covariance, vectors, bearings, keyframe, scan)
+        reach = farthest(frame.depth, COLUMNS)
+        node = self.memory.add(frame.stamp, pose, self.localizer.covariance, vectors, bearings, keyframe, scan, reach)
         if node is not None:
             self.loops.consider(node)

@@ -12,13 +12,13 @@ class GraphError(ValueError):
     """A graph that cannot be optimised."""
 
 
-def optimise(ids, poses, edges, transforms, information) -> tuple[np.ndarray, np.ndarray]:
+def optimise(ids, poses, edges, transforms, information, trusted) -> tuple[np.ndarray, np.ndarray]:
     """Maximum a posteriori poses ``(N, 3)`` and their covariances ``(N, 3, 3)``, both in the map frame.
 
     ``ids (N,)`` and ``poses (N, 3)`` are the nodes as they are now, ``edges (E, 2)`` pairs of ids, ``transforms
-    (E, 3)`` the pose of the second seen from the first, ``information (E, 3, 3)`` in the frame of the first. Edges
-    between consecutive nodes are trusted, any other is a loop closure under a robust loss. Levenberg-Marquardt by
-    GTSAM (Dellaert 2012). The node of the least id keeps its pose.
+    (E, 3)`` the pose of the second seen from the first, ``information (E, 3, 3)`` in the frame of the first. Of
+    ``trusted (E,)`` edges the square of the error counts; the others may be plain wrong, like loop closures, and are
+    under a robust loss. Levenberg-Marquardt by GTSAM (Dellaert 2012). The node of the least id keeps its pose.
 
     Raises:
         GraphError: shapes that do not fit, an edge to a node that is not there, or a graph in several pieces.
@@ -27,11 +27,12 @@ def optimise(ids, poses, edges, transforms, information) -> tuple[np.ndarray, np
 
     ids, edges = np.asarray(ids, int), np.asarray(edges, int).reshape(-1, 2)
     poses, transforms = np.asarray(poses, float), np.asarray(transforms, float)
-    information = np.asarray(information, float)
-    if poses.shape != (len(ids), 3) or transforms.shape != (len(edges), 3) or information.shape != (len(edges), 3, 3):
+    information, trusted = np.asarray(information, float), np.asarray(trusted, bool)
+    shapes = poses.shape, transforms.shape, information.shape, trusted.shape
+    if shapes != ((len(ids), 3), (len(edges), 3), (len(edges), 3, 3), (len(edges),)):
         raise GraphError(
-            f"{len(ids)} nodes and {len(edges)} edges do not fit poses {poses.shape}, transforms {transforms.shape} "
-            f"and information {information.shape}"
+            f"{len(ids)} nodes and {len(edges)} edges do not fit poses {poses.shape}, transforms {transforms.shape}, "
+            f"information {information.shape} and trusted {trusted.shape}"
         )
     if not np.isin(edges, ids).all():
         raise GraphError("an edge leads to a node that is not in the graph")
@@ -43,10 +44,9 @@ def optimise(ids, poses, edges, transforms, information) -> tuple[np.ndarray, np
     first = int(ids.min())
     held = gtsam.noiseModel.Isotropic.Sigma(3, ANCHOR)
     graph.add(gtsam.PriorFactorPose2(first, values.atPose2(first), held))
-    consecutive = np.isin(edges[:, 1] - edges[:, 0], (-1, 1))
-    for (i, j), transform, known, trusted in zip(edges, transforms, information, consecutive):
+    for (i, j), transform, known, sure in zip(edges, transforms, information, trusted):
         noise = gtsam.noiseModel.Gaussian.Information(_in_second(known, transform[2]))
-        if not trusted:
+        if not sure:
             noise = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Huber.Create(DOUBTFUL), noise)
         graph.add(gtsam.BetweenFactorPose2(int(i), int(j), gtsam.Pose2(*transform), noise))
     try:

@@ -43,7 +43,7 @@ class HostService:
 
     def optimize(self, request: Optimize) -> OptimizeReply:
         """Raises RequestError for a graph that has no unique solution."""
-        arrays = (request.ids, request.poses, request.edges, request.transforms, request.information)
+        arrays = (request.ids, request.poses, request.edges, request.transforms, request.information, request.trusted)
         try:
             poses, covariances = optimise(*(array.numpy() for array in arrays))
         except GraphError as error:

@@ -1,4 +1,4 @@
-"""``vlpg find``, ``vlpg status``: a question to a robot that runs, and its answer in words."""
+"""``vlpg find``, ``vlpg tour``, ``vlpg status``: a question to a robot that runs, and its answer in words."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -49,7 +49,25 @@ def check_words(words: str) -> None:
 
 def find(robot: RobotClient, words: str, search: bool, picture: Path | None) -> bool:
     """Ask, wait, and tell; whether it was found. An interrupt cancels the search and goes on up."""
-    call = Call(robot.find, words, search)
+    reply = _answered(robot, Call(robot.find, words, search))
+    for line in told(reply):
+        print(line)
+    if picture is not None:
+        keep(reply, picture)
+    return reply.status == "found"
+
+
+def tour(robot: RobotClient) -> bool:
+    """Let it look at everything again; whether it got everywhere. An interrupt ends the tour and goes on up."""
+    reply = _answered(robot, Call(robot.tour))
+    ends = {"complete": "seen all", "timeout": "out of time before all was seen", "cancelled": "cancelled"}
+    spent = f"{reply.duration:.1f} s and {reply.distance:.1f} m"
+    print(f"{ends[reply.status]}, after {spent}; {reply.nodes} nodes remember the home")
+    return reply.status == "complete"
+
+
+def _answered(robot: RobotClient, call: Call):
+    """The reply; an interrupt meanwhile calls off what the robot does, and goes on up."""
     try:
         while not call.wait(0.2):
             pass
@@ -57,12 +75,7 @@ def find(robot: RobotClient, words: str, search: bool, picture: Path | None) -> 
         with suppress(NoAnswer, RequestError):  # it may be gone, or have ended just now
             robot.cancel()
         raise
-    reply = call.result()
-    for line in told(reply):
-        print(line)
-    if picture is not None:
-        keep(reply, picture)
-    return reply.status == "found"
+    return call.result()
 
 
 def told(reply: FindReply) -> list[str]:

@@ -30,7 +30,7 @@ app.add_typer(eval_app, name="eval")
 # For commands whose module reads its own arguments, --help included.
 _PASSED_ON = {"allow_extra_args": True, "ignore_unknown_options": True}
 
-NOT_FOUND, DIFFERS, MISTAKE, INTERRUPTED = 1, 1, 2, 130  # exit codes
+NOT_FOUND, CUT_SHORT, DIFFERS, MISTAKE, INTERRUPTED = 1, 1, 1, 2, 130  # exit codes
 
 _LINK_FLAGS = ("--connect", "-e", "--listen", "-l", "--mode", "-m", "--config", "-c", "--no-multicast-scouting")
 
@@ -124,6 +124,12 @@ def eval_graph(context: typer.Context) -> None:
     _become("tools.eval.graph", context.args)
 
 
+@eval_app.command("life", context_settings=_PASSED_ON, add_help_option=False)
+def eval_life(context: typer.Context) -> None:
+    """Change homes between tours, and count what the memory still gets right (vlpg eval life --help)."""
+    _become("tools.eval.life", context.args)
+
+
 @bench_app.command("encoder", context_settings=_PASSED_ON, add_help_option=False)
 def bench_encoder(context: typer.Context) -> None:
     """Time and weigh the image tower beside its float32 peers (vlpg bench encoder --help)."""
@@ -152,6 +158,25 @@ def find(
 
 
 @app.command()
+def tour(
+    name: Name = "robot1",
+    connect: Connect = None,
+    listen: Listen = None,
+    mode: Mode = None,
+    config: Config = None,
+    no_multicast_scouting: NoMulticast = False,
+) -> None:
+    """Let the robot look at its whole home again, so that it learns what has changed.
+
+    Takes minutes; Ctrl-C calls it off. Exit code 0: it has seen all, 1: it was cut short.
+    """
+    from tools.ask import mistakes, robot_at, tour
+
+    with _explained(*mistakes()), robot_at(name, connect, listen, mode, config, no_multicast_scouting) as robot:
+        raise typer.Exit(0 if tour(robot) else CUT_SHORT)
+
+
+@app.command()
 def status(
     name: Name = "robot1",
     connect: Connect = None,
@@ -176,7 +201,7 @@ def cancel(
     config: Config = None,
     no_multicast_scouting: NoMulticast = False,
 ) -> None:
-    """Stop what the robot is doing: a search, or the mapping of its home."""
+    """Stop what the robot is doing: a search, or a tour of its home."""
     from tools.ask import mistakes, robot_at
 
     with _explained(*mistakes()), robot_at(name, connect, listen, mode, config, no_multicast_scouting) as robot:

@@ -8,7 +8,7 @@ from edge.link.exchange import NoAnswer, ask
 
 NAME = "robot1"  # key root
 PROMPT = 10.0  # s for an answer that takes no driving; the robot answers between two control steps
-PATIENT = 1800.0  # s for a search; the robot's own limit is 5 minutes of its clock
+PATIENT = 1800.0  # s for a search or a tour; the robot's own limits are 5 and 15 minutes of its clock
 
 
 class RobotClient:
@@ -31,6 +31,10 @@ class RobotClient:
     def find(self, words: str, search_unknown: bool = False) -> requests.FindReply:
         """Returns when the search has ended, minutes later."""
         return self._ask("find", requests.Find(words, search_unknown), requests.FindReply, PATIENT)
+
+    def tour(self) -> requests.TourReply:
+        """Returns when the tour has ended, minutes later."""
+        return self._ask("tour", requests.Tour(), requests.TourReply, PATIENT)
 
     def cancel(self) -> bool:
         """Whether there was something to cancel."""

@@ -4,7 +4,16 @@ import cv2
 import numpy as np
 
 from edge.link.conversions import JPEG_QUALITY
-from edge.link.requests import Array, FindReply, GraphReply, Hypothesis, MapReply, Replan, Vectors
+from edge.link.requests import (
+    Array,
+    FindReply,
+    GraphReply,
+    Hypothesis,
+    MapReply,
+    Replan,
+    TourReply,
+    Vectors,
+)
 
 
 def areas(robot):
@@ -70,6 +79,12 @@ def find_reply(name, outcome, robot, frame):
 def cancelled_reply(name, robot, frame, duration, distance):
     """A search that was broken off."""
     return FindReply("cancelled", name, _pose(robot.pose), duration, distance, [], jpeg=_jpeg(frame))
+
+
+def tour_reply(outcome, robot):
+    """``outcome`` of a MapHome mission."""
+    status = "complete" if outcome.complete else "timeout"
+    return TourReply(status, outcome.duration, outcome.distance, len(robot.memory))
 
 
 def _replan(replan):

@@ -52,7 +52,7 @@ class Array(Body):
         return np.frombuffer(self.data, np.dtype(self.dtype).newbyteorder("<")).reshape(self.shape)
 
 
-# On the robot: `<robot>/find`, `cancel`, `status`, `map`, `graph`.
+# On the robot: `<robot>/find`, `tour`, `cancel`, `status`, `map`, `graph`.
 
 
 class Find(Body):
@@ -96,6 +96,19 @@ class FindReply(Body):
     jpeg: bytes | None = None  # the robot's last picture
     confidence: float | None = None  # probability that the object is there, or, if not found, at the best guess
     replans: list[Replan] = []  # of the local searches, in order
+
+
+class Tour(Body):
+    """Drive through the home once more and look at everything again. The reply comes when that has ended."""
+
+
+class TourReply(Body):
+    """How a tour ended. "timeout": it was cut short, and what it has seen is remembered all the same."""
+
+    status: Literal["complete", "timeout", "cancelled"]
+    duration: float  # s
+    distance: float  # m driven
+    nodes: int  # in the memory
 
 
 class Cancel(Body):
@@ -188,6 +201,7 @@ class Optimize(Body):
     edges: Array  # (E, 2) int64 ids
     transforms: Array  # (E, 3) float64, the second node seen from the first
     information: Array  # (E, 3, 3) float64
+    trusted: Array  # (E,) bool; the others may be plain wrong
 
 
 class OptimizeReply(Body):

@@ -27,7 +27,8 @@ def straighten(session, robot: "Robot", timeout: float = TIMEOUT) -> tuple[np.nd
     ends = np.column_stack([edges.i, edges.j])
     ids = np.unique(ends)
     before = robot.memory.poses(ids)
-    request = Optimize(*(Array.of(array) for array in (ids, before, ends, edges.transforms, edges.information)))
+    parts = ids, before, ends, edges.transforms, edges.information, edges.trusted
+    request = Optimize(*(Array.of(array) for array in parts))
     try:
         reply = ask(session, "host/optimize", request, OptimizeReply, timeout)
     except NoAnswer as error:

@@ -7,6 +7,7 @@ import numpy as np
 from edge.localization.likelihood_field import LikelihoodField
 from edge.localization.scan_matching import MatchConfig, match
 from edge.mapping.occupancy import OccupancyGrid
+from edge.memory.motion import in_frame
 from edge.memory.scan_bytes import unpack
 from edge.memory.store import Vlpg
 from edge.pose import between, compose, wrap
@@ -54,7 +55,7 @@ class LoopCloser:
         if found.score < config.score:
             return None
         pose = compose(found.pose, between(offset, np.zeros(3)))
-        memory.link(old, node, between(there, pose), _information(found.covariance, there[2]), kind="loop")
+        memory.link(old, node, between(there, pose), np.linalg.inv(in_frame(found.covariance, there[2])), kind="loop")
         return old
 
     def _proposed(self, node: int) -> int | None:
@@ -74,15 +75,10 @@ class LoopCloser:
     def _place(self, old: int) -> OccupancyGrid:
         """A small map of where ``old`` is, from its own scan and those of its neighbours in time."""
         memory, grid = self._memory, OccupancyGrid()
-        for node in range(max(0, old - self.config.neighbours), old + self.config.neighbours + 1):
+        held = memory.held
+        at = int(np.searchsorted(held, old))
+        for node in held[max(0, at - self.config.neighbours) : at + self.config.neighbours + 1].tolist():
             if (data := memory.scan(node)) is not None:
                 scan, offset = unpack(data)
                 grid.integrate_scan(compose(memory.poses([node])[0], offset), scan)
         return grid
-
-
-def _information(covariance: np.ndarray, heading: float) -> np.ndarray:
-    """Inverse of a covariance (3, 3) of the map frame, in the frame of a node with that ``heading`` [rad]."""
-    cos, sin = np.cos(heading), np.sin(heading)
-    turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return np.linalg.inv(turn @ covariance @ turn.T)

@@ -35,7 +35,7 @@ class CameraCoverage:
         """Mark what one depth image ``(H, W)`` [m], taken from base ``pose (3,)``, has looked at."""
         self.follow(grid.frame)
         u = np.linspace(0, depth.shape[1] - 1, self.config.columns)
-        reach = self._reach(depth)
+        reach = farthest(depth, self.config.columns)
         blank = reach == 0
         reach[blank] = mapped_depth(grid, camera, pose, u[blank])
         tan = (camera.centre[0] - u) / camera.focal
@@ -46,14 +46,9 @@ class CameraCoverage:
         cells = (fan - self.frame.origin) / self.frame.resolution - 0.5
         cv2.fillPoly(self.viewed, [np.round(cells * (1 << self._SHIFT)).astype(np.int32)], 1, shift=self._SHIFT)
 
-    def _reach(self, depth):
-        """Depth [m] of the farthest return in each of the columns: low furniture does not hide what rises behind it.
-
-        0 where nothing came back.
-        """
-        width = depth.shape[1]
-        picked = depth[::4, np.linspace(0, width - 1, self.config.columns).round().astype(np.intp)]
-        return np.nan_to_num(picked, nan=0.0).max(axis=0)
+    def forget(self) -> None:
+        """Nothing has been looked at, as at the beginning of a tour."""
+        self.viewed[:] = 0
 
     def move(self, frame: GridFrame, column, row) -> None:
         """Move along with a grid that now lies in ``frame`` and was warped from ``column`` and ``row`` (H, W)."""
@@ -70,3 +65,12 @@ class CameraCoverage:
             rows, cols = self.viewed.shape
             viewed[row : row + rows, col : col + cols] = self.viewed
         self.frame, self.viewed = frame, viewed
+
+
+def farthest(depth: np.ndarray, columns: int) -> np.ndarray:
+    """Farthest return [m] in each of ``columns`` evenly spread over ``depth (H, W)``; 0 where nothing came back.
+
+    Low furniture does not hide what rises behind it.
+    """
+    picked = depth[::4, np.linspace(0, depth.shape[1] - 1, columns).round().astype(np.intp)]
+    return np.nan_to_num(picked, nan=0.0).max(axis=0)

@@ -3,14 +3,17 @@
 import sqlite3
 from pathlib import Path
 
-SCHEMA = 2
-READABLE = ("1", "2")  # 1 had no scans
+import numpy as np
+
+SCHEMA = 3
+READABLE = ("1", "2", "3")  # 1 had no scans, 2 no tours and reaches
 PER_NODE = 4  # most embeddings of one node; embedding.id = PER_NODE * node + region
 
 _TABLES = """
 CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE node(id INTEGER PRIMARY KEY, stamp REAL NOT NULL, x REAL NOT NULL, y REAL NOT NULL, theta REAL NOT NULL,
-    covariance BLOB NOT NULL, superseded_by INTEGER, keyframe BLOB, scan BLOB);
+    covariance BLOB NOT NULL, superseded_by INTEGER, keyframe BLOB, scan BLOB,
+    tour INTEGER NOT NULL DEFAULT 0, reach BLOB);
 CREATE TABLE embedding(id INTEGER PRIMARY KEY, bearing REAL NOT NULL, scale REAL NOT NULL, vector BLOB NOT NULL);
 CREATE TABLE edge(id INTEGER PRIMARY KEY, i INTEGER NOT NULL, j INTEGER NOT NULL, dx REAL NOT NULL, dy REAL NOT NULL,
     dtheta REAL NOT NULL, information BLOB NOT NULL, kind TEXT NOT NULL);
@@ -89,8 +92,28 @@ def _check(db, path, wanted):
 
 def _upgrade(db):
     """A store of an older schema to this one, in one transaction."""
-    if db.execute("SELECT value FROM meta WHERE key='schema'").fetchone()[0] == "1":
-        db.execute("BEGIN IMMEDIATE")
+    schema = int(db.execute("SELECT value FROM meta WHERE key='schema'").fetchone()[0])
+    if schema == SCHEMA:
+        return
+    db.execute("BEGIN IMMEDIATE")
+    if schema < 2:
         db.execute("ALTER TABLE node ADD COLUMN scan BLOB")
-        db.execute("UPDATE meta SET value=? WHERE key='schema'", (str(SCHEMA),))
-        db.execute("COMMIT")
+    db.execute("ALTER TABLE node ADD COLUMN tour INTEGER NOT NULL DEFAULT 0")
+    db.execute("ALTER TABLE node ADD COLUMN reach BLOB")
+    db.execute("UPDATE meta SET value=? WHERE key='schema'", (str(SCHEMA),))
+    db.execute("COMMIT")
+
+
+_UPPER = np.triu_indices(3)
+
+
+def pack_symmetric(matrix):
+    """A symmetric (3, 3) matrix as the 6 little-endian float64 of its upper triangle, row by row."""
+    return np.asarray(matrix, "<f8")[_UPPER].tobytes()
+
+
+def unpack_symmetric(blob):
+    """The (3, 3) matrix that ``pack_symmetric`` wrote."""
+    matrix = np.zeros((3, 3))
+    matrix[_UPPER] = np.frombuffer(blob, "<f8")
+    return matrix + np.triu(matrix, 1).T

@@ -35,7 +35,7 @@ class Verdict(NamedTuple):
     superseded: list[int]  # ids of the nodes that it replaces
 
 
-def judge(pose, poses, answers, cosines_with, config):
+def judge(pose, poses, answers, recent, cosines_with, config):
     """Decides on a candidate view.
 
     [V] Eq. 1 adds q* only if cos(q*, q) < epsilon for all q, which would refuse the same view seen from a second place.
@@ -46,11 +46,16 @@ def judge(pose, poses, answers, cosines_with, config):
     region: a thing that appears in one third of the picture hardly moves the whole-picture cosine, and must not be
     missed.
 
+    For the same reason only nodes of the same tour make a view known: that a cup is gone from a table hardly changes
+    the picture, and a memory that refuses it would never learn. So that tours do not pile up, an old node nearby that
+    shows the same in every region is superseded, as nothing is lost with it.
+
     Args:
         pose: (3,) where the candidate was seen.
         poses: (N, 3) of all nodes.
         answers: (N,) bool, False for superseded nodes.
-        cosines_with: node ids (M,) -> cosines (M, R) of the candidate's regions, the whole picture first, with each
+        recent: (N,) bool, True for nodes of this tour.
+        cosines_with: rows (M,) -> cosines (M, R) of the candidate's regions, the whole picture first, with each
             node's; NaN where a node lacks the region. Asked for near nodes only.
         config: GateConfig.
     """
@@ -63,8 +68,12 @@ def judge(pose, poses, answers, cosines_with, config):
     near, distances, angles = near[close], distances[close], angles[close]
     if not len(near):
         return Verdict(True, [])
-    cosines = cosines_with(near)
+    cosines, recent = cosines_with(near), recent[near]
+    least = np.nanmin(cosines, axis=1)
     same_place = (distances <= config.same_distance) & (angles <= config.same_angle)
-    disagrees = same_place & (np.nanmin(cosines, axis=1) < config.disagreement)
-    known = ~disagrees & (cosines[:, 0] >= config.similarity)
-    return Verdict(dense or bool(disagrees.any()) or not known.any(), near[disagrees].tolist())
+    disagrees = same_place & (least < config.disagreement)
+    known = recent & ~disagrees & (cosines[:, 0] >= config.similarity)
+    if known.any() and not disagrees.any() and not dense:
+        return Verdict(False, [])
+    renewed = ~recent & (least >= config.similarity)
+    return Verdict(True, near[disagrees | renewed].tolist())

@@ -1,4 +1,4 @@
-"""How well the relative pose of two consecutive nodes is known."""
+"""How well the relative pose of two nodes is known."""
 
 from dataclasses import dataclass
 
@@ -21,3 +21,10 @@ class MotionNoise:
         position = self.position + self.position_per_metre * distance
         heading = self.heading + self.heading_per_metre * distance + self.heading_per_radian * turn
         return np.diag([position**-2, position**-2, heading**-2])
+
+
+def in_frame(covariance, heading):
+    """A covariance ``(3, 3)`` of the map frame, in that of a node with this ``heading`` [rad]."""
+    cos, sin = np.cos(heading), np.sin(heading)
+    turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return turn @ covariance @ turn.T

@@ -1,14 +1,18 @@
 """The visual language pose graph (VLPG) of a home: poses, what was seen from them, and how they are linked."""
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
-from edge.memory.database import PER_NODE, StoreError, connect
+from edge.memory.database import connect, unpack_symmetric
+from edge.memory.edges import EdgeTable
 from edge.memory.gate import GateConfig, judge
-from edge.memory.motion import MotionNoise
-from edge.memory.vectors import Vectors, grown, quantize
+from edge.memory.motion import MotionNoise, in_frame
+from edge.memory.node_table import NodeTable
+from edge.memory.nodes import PER_METRE, Nodes
+from edge.memory.thinning import most_redundant
+from edge.memory.vectors import Vectors, quantize
+from edge.memory.view import View
 from edge.pose import between
 
 
@@ -18,23 +22,20 @@ class VlpgConfig:
 
     gate: GateConfig = field(default_factory=GateConfig)
     motion: MotionNoise = field(default_factory=MotionNoise)
+    limit: int = 2000  # nodes that answer; a home of 100 m2 mapped densely ([V] Sec. III-A), and the budget in RAM
+    audit: int = 200  # superseded nodes kept, newest first; with pictures of 9 kB they cost 2 MB of disk, no vectors
     commit_every: int = 20  # nodes a transaction: 2 s of dense mapping at most are lost when the process dies
 
-
-class Edges(NamedTuple):
-    """Relative pose measurements between nodes."""
-
-    i: np.ndarray  # (E,) int64 ids
-    j: np.ndarray  # (E,) int64
-    transforms: np.ndarray  # (E, 3) pose of j seen from i: m, m, rad
-    information: np.ndarray  # (E, 3, 3) inverse covariances, in the frame of i
-    kinds: list[str]  # E times "odometry" or "loop"
+    def __post_init__(self):
+        if self.limit < 1 or self.audit < 0:
+            raise ValueError("a store needs a limit of at least one node, and audit of none or more")
 
 
 class Vlpg:
-    """[V] Sec. III-A. Node ids count from 0 in the order of admission and never change; nothing is ever deleted.
+    """[V] Sec. III-A. Node ids count from 0 in the order of admission, never change and are never given twice.
 
-    On disk everything in one SQLite file; in RAM the poses and the int8 vectors that answer queries. Writes are grouped
+    On disk everything in one SQLite file; in RAM the poses and the int8 vectors that answer queries. At most ``limit``
+    nodes answer: then the most redundant one goes for each that comes, and its edges lead past it. Writes are grouped
     into transactions of ``commit_every`` nodes; ``flush`` ends the current one. One thread at a time.
     """
 
@@ -43,10 +44,9 @@ class Vlpg:
         self.config = config
         self.dim = dim
         self._db = db
+        self._table, self._edges = NodeTable(db), EdgeTable(db)
         self._vectors = Vectors(dim)
-        self._poses = np.empty((0, 3))
-        self._alive = np.empty(0, bool)
-        self._count = 0
+        self._nodes = Nodes()
         self._last = None  # id of the node that the next one is linked to; None at the start of a session
         self._pending = 0
         self._load()
@@ -69,7 +69,7 @@ class Vlpg:
 
     def __len__(self):
         """Number of nodes that answer queries."""
-        return int(self._alive[: self._count].sum())
+        return int(self._nodes.answers.sum())
 
     def __enter__(self):
         return self
@@ -80,14 +80,23 @@ class Vlpg:
     @property
     def nbytes(self):
         """Bytes in RAM of vectors, poses and their spare capacity."""
-        return self._vectors.nbytes + self._poses.nbytes + self._alive.nbytes
+        return self._vectors.nbytes + self._nodes.nbytes
 
     @property
     def ids(self):
         """Ids ``(N,)`` int64 of the nodes that answer queries."""
-        return np.flatnonzero(self._alive[: self._count])
+        return self._nodes.ids[self._nodes.answers]
 
-    def add(self, stamp, pose, covariance, vectors, bearings, keyframe=None, scan=None):
+    @property
+    def held(self):
+        """Ids ``(N,)`` int64 of all nodes, superseded ones too."""
+        return self._nodes.ids.copy()
+
+    def begin_tour(self):
+        """From now on, views are of a new tour: what was seen before may no longer be so."""
+        self._tour += 1
+
+    def add(self, stamp, pose, covariance, vectors, bearings, keyframe=None, scan=None, reach=None):
         """Offers a view; the gate decides whether it becomes a node.
 
         Args:
@@ -98,45 +107,42 @@ class Vlpg:
             bearings: (R,) rad from the heading, left positive.
             keyframe: JPEG bytes of the view, kept for ``vlpg reindex`` and for people to look at; or None.
             scan: the lidar scan there, packed by ``scan_bytes``, for loop closures; or None.
+            reach: (COLUMNS,) m, how far the view went at columns from left to right, 0 where unknown; or None.
 
         Returns the new node's id, or None when the gate refused the view. A node is linked to the one admitted before
-        it, and replaces nodes at (nearly) the same pose that disagree with it.
+        it, or, the first since the store was opened, to the nearest one of old. It replaces nodes at (nearly) the same
+        pose that disagree with it, and a redundant one when the store is full.
 
         Raises ValueError for wrong shapes or numbers that are not finite.
         """
-        pose, covariance = np.asarray(pose, float), np.asarray(covariance, float)
-        vectors, bearings = np.atleast_2d(np.asarray(vectors, np.float32)), np.atleast_1d(np.asarray(bearings, float))
-        self._validate(pose, covariance, vectors, bearings)
+        view = View.checked(self.dim, pose, covariance, vectors, bearings, reach)
         verdict = judge(
-            pose,
-            self._poses[: self._count],
-            self._alive[: self._count],
-            lambda nodes: self._vectors.cosines(nodes, vectors),
+            view.pose,
+            self._nodes.poses,
+            self._nodes.answers,
+            self._nodes.tours == self._tour,
+            lambda rows: self._vectors.cosines(self._nodes.ids[rows], view.vectors),
             self.config.gate,
         )
         if not verdict.admit:
             return None
-        node = self._count
-        matrix, scales = quantize(vectors)
+        node = self._nodes.next
+        replaced = self._nodes.ids[verdict.superseded].tolist()
+        nearest = self._nodes.nearest(view.pose, self.config.gate)
+        matrix, scales = quantize(view.vectors)
         self._begin()
-        self._db.execute(
-            "INSERT INTO node(id, stamp, x, y, theta, covariance, keyframe, scan) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-            (node, float(stamp), *pose.tolist(), _pack(covariance), keyframe, scan),
-        )
-        self._db.executemany(
-            "INSERT INTO embedding VALUES (?, ?, ?, ?)",
-            [
-                (PER_NODE * node + region, float(bearings[region]), float(scales[region]), matrix[region].tobytes())
-                for region in range(len(matrix))
-            ],
-        )
-        self._remember(pose, True)
-        self._vectors.append(node, matrix, scales, bearings)
+        self._table.add(node, stamp, view, keyframe, scan, self._tour)
+        self._table.add_vectors(node, matrix, scales, view.bearings)
+        self._nodes.append(node, view.pose, True, self._tour, view.reach)
+        self._vectors.append(node, matrix, scales, view.bearings)
         if self._last is not None:
             self.link(self._last, node, kind="odometry")
+        elif nearest is not None:
+            self._resume(nearest, node, view.covariance)
         self._last = node
-        for old in verdict.superseded:
-            self.supersede(int(old), by=node)
+        for old in replaced:
+            self.supersede(old, by=node)
+        self._make_room()
         self._pending += 1
         if self._pending >= self.config.commit_every:
             self.flush()
@@ -151,38 +157,45 @@ class Vlpg:
         """
         return self._vectors.search(direction, k)
 
+    def tours(self, ids):
+        """``(N,)`` on which tour the views of nodes were seen, counted from 1; 0: before the first."""
+        return self._nodes.tours[self._nodes.rows(ids)]
+
+    def reach(self, ids):
+        """``(N, COLUMNS)`` m, how far views went at columns from left to right; 0 where that is not known."""
+        return self._nodes.reach[self._nodes.rows(ids)] / np.float32(PER_METRE)
+
+    def scores(self, ids, direction):
+        """Scores and bearings ``(N, PER_NODE)`` of the regions of nodes that answer; NaN for regions they lack.
+
+        The score of ``search``, but for the rounding of the direction.
+        """
+        return self._vectors.scores(self._nodes.ids[self._nodes.rows(ids)], direction)
+
     def cosines(self, ids, vectors):
         """Cosines ``(N, R)`` of ``vectors (R, D)`` with the regions of nodes that answer, rank by rank."""
-        return self._vectors.cosines(self._known(ids), vectors)
+        return self._vectors.cosines(self._nodes.ids[self._nodes.rows(ids)], vectors)
 
     def poses(self, ids):
         """Poses ``(N, 3)`` of nodes, superseded ones too. Raises IndexError for an id that does not exist."""
-        return self._poses[self._known(ids)]
+        return self._nodes.poses[self._nodes.rows(ids)]
 
     def move(self, ids, poses, covariances=None):
         """Corrects the ``poses (N, 3)`` (and covariances (N, 3, 3)) of nodes in place."""
-        ids, poses = self._known(ids), np.asarray(poses, float).reshape(-1, 3)
-        if len(ids) != len(poses) or not np.isfinite(poses).all():
-            raise ValueError(f"{len(ids)} ids need as many finite poses, and {len(poses)} were given")
+        rows, poses = self._nodes.rows(ids), np.asarray(poses, float).reshape(-1, 3)
+        if len(rows) != len(poses) or not np.isfinite(poses).all():
+            raise ValueError(f"{len(rows)} ids need as many finite poses, and {len(poses)} were given")
         self._begin()
-        self._db.executemany(
-            "UPDATE node SET x=?, y=?, theta=? WHERE id=?",
-            [(*pose, node) for pose, node in zip(poses.tolist(), ids.tolist(), strict=True)],
-        )
-        if covariances is not None:
-            self._db.executemany(
-                "UPDATE node SET covariance=? WHERE id=?",
-                [(_pack(c), node) for c, node in zip(covariances, ids.tolist(), strict=True)],
-            )
-        self._poses[ids] = poses
+        self._table.move(self._nodes.ids[rows], poses, covariances)
+        self._nodes.poses[rows] = poses
         self.flush()
 
     def supersede(self, node, by=None):
-        """``node`` answers no more; it stays in the file for audit, with the id of the node that replaced it."""
-        self._known([node])
+        """``node`` answers no more; its picture stays for audit a while, with the id of the node that replaced it."""
+        row = self._nodes.rows(node)
         self._begin()
-        self._db.execute("UPDATE node SET superseded_by=? WHERE id=?", (node if by is None else by, node))
-        self._alive[node] = False
+        self._table.supersede(node, node if by is None else by)
+        self._nodes.answers[row] = False
         self._vectors.forget(node)
 
     def link(self, i, j, transform=None, information=None, kind="loop"):
@@ -190,46 +203,35 @@ class Vlpg:
 
         ``information`` (3, 3) is the inverse covariance, by default that of having driven there.
         """
-        i, j = (int(node) for node in self._known([i, j]))
-        transform = between(self._poses[i], self._poses[j]) if transform is None else np.asarray(transform, float)
+        (a, b), (i, j) = self.poses([i, j]), (int(i), int(j))
+        transform = between(a, b) if transform is None else np.asarray(transform, float)
         information = self.config.motion.information(transform) if information is None else information
         self._begin()
-        self._db.execute(
-            "INSERT INTO edge(i, j, dx, dy, dtheta, information, kind) VALUES (?, ?, ?, ?, ?, ?, ?)",
-            (i, j, *transform.tolist(), _pack(information), kind),
-        )
+        self._edges.add(i, j, transform, information, kind)
 
     def edges(self):
         """All ``Edges``, in the order they were added."""
-        rows = self._db.execute("SELECT i, j, dx, dy, dtheta, information, kind FROM edge ORDER BY id").fetchall()
-        return Edges(
-            np.array([r[0] for r in rows], np.int64),
-            np.array([r[1] for r in rows], np.int64),
-            np.array([r[2:5] for r in rows], float).reshape(-1, 3),
-            np.array([_unpack(r[5]) for r in rows]).reshape(-1, 3, 3),
-            [r[6] for r in rows],
-        )
+        return self._edges.all()
 
     def covariances(self, ids):
         """Covariances ``(N, 3, 3)`` of the poses of nodes (read from disk)."""
-        blobs = [self._node(node, "covariance") for node in self._known(ids).tolist()]
-        return np.array([_unpack(blob) for blob in blobs]).reshape(-1, 3, 3)
+        return np.array([unpack_symmetric(blob) for blob in self._read("covariance", ids)]).reshape(-1, 3, 3)
 
     def stamps(self, ids):
         """Stamps ``(N,)`` [s] of nodes (read from disk)."""
-        return np.array([self._node(node, "stamp") for node in self._known(ids).tolist()], float)
+        return np.array(self._read("stamp", ids), float)
 
     def keyframe(self, node):
         """JPEG bytes of the view of ``node``, or None when none was kept."""
-        return self._node(int(self._known([node])[0]), "keyframe")
+        return self._read("keyframe", node)[0]
 
     def scan(self, node):
         """The packed scan of ``node`` (see ``scan_bytes``), or None when none was kept."""
-        return self._node(int(self._known([node])[0]), "scan")
+        return self._read("scan", node)[0]
 
     def superseded_by(self, node):
         """Id of the node that replaced ``node`` (its own id when withdrawn by hand), or None while it answers."""
-        return self._node(int(self._known([node])[0]), "superseded_by")
+        return self._read("superseded_by", node)[0]
 
     def view(self, node):
         """What was seen from ``node``: vectors ``(R, D)`` float32 and bearings ``(R,)``; no rows once superseded."""
@@ -262,61 +264,44 @@ class Vlpg:
         self._db.close()
 
     def _load(self):
-        nodes = self._db.execute("SELECT id, x, y, theta, superseded_by IS NULL FROM node ORDER BY id").fetchall()
-        for expected, (node, x, y, theta, alive) in enumerate(nodes):
-            if node != expected:
-                raise StoreError(f"the store lacks node {expected}; restore a copy of it, or move it away to map anew")
-            self._remember((x, y, theta), alive)
-        cursor = self._db.execute(
-            "SELECT e.id / ?1, e.bearing, e.scale, e.vector FROM embedding e JOIN node n ON n.id = e.id / ?1"
-            " WHERE n.superseded_by IS NULL ORDER BY e.id",
-            (PER_NODE,),
-        )
-        while rows := cursor.fetchmany(256):
-            owners, bearings, scales, blobs = zip(*rows, strict=True)
-            matrix = np.frombuffer(b"".join(blobs), np.int8).reshape(len(blobs), self.dim)
-            self._vectors.append(owners, matrix, scales, bearings)
+        for *node, reach in self._table.all():
+            self._nodes.append(*node, 0 if reach is None else np.frombuffer(reach, np.uint8))
+        self._tour = int(self._nodes.tours.max(initial=0))
+        for rows in self._table.vectors(self.dim):
+            self._vectors.append(*rows)
 
-    def _remember(self, pose, alive):
-        self._poses = grown(self._poses, self._count + 1)
-        self._alive = grown(self._alive, self._count + 1)
-        self._poses[self._count], self._alive[self._count] = pose, alive
-        self._count += 1
+    def _resume(self, old, node, covariance):
+        """Links the first node of a session: the map is what it was located in, and ``old`` is what the map is of."""
+        (there, here), motion = self.poses([old, node]), self.config.motion
+        transform = between(there, here)
+        doubt = in_frame(covariance, there[2]) + np.linalg.inv(motion.information(transform))
+        self.link(old, node, transform, np.linalg.inv(doubt), kind="session")
+
+    def _make_room(self):
+        while len(self) > self.config.limit:
+            ids = self.ids
+            row = most_redundant(
+                self.poses(ids),
+                lambda older, newer, ids=ids: self._vectors.likeness(ids[older], ids[newer]),
+                self.config.gate,
+            )
+            self._drop(int(ids[row]))
+        superseded = len(self._nodes) - len(self)
+        if superseded > self.config.audit:
+            for node in self._table.longest_superseded(superseded - self.config.audit):
+                self._drop(node)
+
+    def _drop(self, node):
+        """``node`` is gone, from RAM and file; what it was linked to is linked past it."""
+        self._edges.bypass(node)
+        self._table.drop(node)
+        self._vectors.forget(node)
+        self._nodes.drop(node)
 
     def _begin(self):
         if not self._db.in_transaction:
             self._db.execute("BEGIN")
 
-    def _known(self, ids):
-        ids = np.atleast_1d(np.asarray(ids, np.int64))
-        if len(ids) and (ids.min() < 0 or ids.max() >= self._count):
-            asked = f"{ids.min()} to {ids.max()}"
-            raise IndexError(f"the store has nodes 0 to {self._count - 1}, and {asked} were asked for")
-        return ids
-
-    def _node(self, node, column):
-        return self._db.execute(f"SELECT {column} FROM node WHERE id=?", (node,)).fetchone()[0]
-
-    def _validate(self, pose, covariance, vectors, bearings):
-        if pose.shape != (3,) or covariance.shape != (3, 3):
-            raise ValueError(f"pose must be (3,) and covariance (3, 3), not {pose.shape} and {covariance.shape}")
-        if vectors.ndim != 2 or vectors.shape[1] != self.dim or not 1 <= len(vectors) <= PER_NODE:
-            raise ValueError(f"vectors must be (1 to {PER_NODE}, {self.dim}), not {vectors.shape}")
-        if bearings.shape != (len(vectors),):
-            raise ValueError(f"{len(vectors)} vectors need as many bearings, not {bearings.shape}")
-        if not all(np.isfinite(a).all() for a in (pose, covariance, vectors, bearings)):
-            raise ValueError("a view with NaN or infinity in pose, covariance, vectors or bearings cannot be stored")
-
-
-_UPPER = np.triu_indices(3)
-
-
-def _pack(symmetric):
-    """A symmetric (3, 3) matrix as the 6 little-endian float64 of its upper triangle, row by row."""
-    return np.asarray(symmetric, "<f8")[_UPPER].tobytes()
-
-
-def _unpack(blob):
-    matrix = np.zeros((3, 3))
-    matrix[_UPPER] = np.frombuffer(blob, "<f8")
-    return matrix + np.triu(matrix, 1).T
+    def _read(self, column, ids):
+        """What the file has in ``column`` for nodes, a list."""
+        return self._table.read(column, self._nodes.ids[self._nodes.rows(ids)].tolist())

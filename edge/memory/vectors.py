@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numkong
 import numpy as np
 
+from edge.memory.database import PER_NODE
+
 _FIRST_ROWS = 64
 _SLACK = 8  # the matrix grows by 1/8: enough to amortise the copies, little enough to stay under 1.5 x the embedding
 
@@ -100,10 +102,7 @@ class Vectors:
         k = min(k, len(self))
         if k <= 0:
             return Hits(np.empty(0, np.int64), np.empty(0, np.float32), np.empty(0, np.float32))
-        query, _ = quantize(direction)
-        owners = self._owners[: self._count]
-        dots = np.asarray(numkong.cdist(query, self._matrix[: self._count], "dot")).ravel()
-        coarse = dots * self._scales[: self._count]
+        owners, coarse = self._owners[: self._count], self._dots(direction)
         if self._dead:
             coarse[~self._answers[: self._count]] = -np.inf
         rows = _largest(coarse, min(2 * k, len(self)))
@@ -112,19 +111,37 @@ class Vectors:
         rows = rows[best]
         return Hits(owners[rows].astype(np.int64), scores[best], self._bearings[rows])
 
+    def scores(self, nodes, direction):
+        """Scores and bearings ``(M, PER_NODE)`` of the regions of ``nodes (M,)``; NaN where a node has none."""
+        rows, has = self._of_rank(nodes, np.arange(PER_NODE))
+        dots = self._dots(np.asarray(direction, np.float32))
+        return np.where(has, dots[rows], np.nan), np.where(has, self._bearings[rows], np.nan)
+
     def cosines(self, nodes, vectors):
         """Cosines ``(M, R)`` of the rows of ``vectors (R, D)`` with the regions of ``nodes (M,)``, rank by rank.
 
         NaN where a node has no region of that rank. The nodes must not have been forgotten.
         """
         given = np.asarray(vectors, np.float32)
-        owners = self._owners[: self._count]
-        rows = np.searchsorted(owners, nodes)[:, None] + np.arange(len(given))
-        rows = np.minimum(rows, self._count - 1)
+        rows, has = self._of_rank(nodes, np.arange(len(given)))
         regions = self._matrix[rows].astype(np.float32)
         norms = np.sqrt(np.einsum("mrd,mrd->mr", regions, regions)) * np.linalg.norm(given, axis=1)
         cosines = np.einsum("mrd,rd->mr", regions, given) / np.maximum(norms, np.float32(1e-12))
-        return np.where(owners[rows] == np.asarray(nodes)[:, None], cosines, np.float32(np.nan))
+        return np.where(has, cosines, np.float32(np.nan))
+
+    def likeness(self, nodes, others):
+        """Cosines ``(M,)`` of the least similar region of ``nodes (M,)`` and ``others (M,)``, rank by rank.
+
+        A thing that only one region shows tells two views apart. Ranks that one of the two lacks do not count.
+        """
+        least = np.full(len(nodes), np.inf, np.float32)
+        for rank in range(PER_NODE):
+            (rows, has), (other_rows, others_have) = (self._of_rank(given, [rank]) for given in (nodes, others))
+            both = (has & others_have)[:, 0]
+            a, b = self._matrix[rows[both, 0]], self._matrix[other_rows[both, 0]]
+            dots, of_a, of_b = (np.einsum("md,md->m", *pair, dtype=np.int32) for pair in ((a, b), (a, a), (b, b)))
+            least[both] = np.minimum(least[both], dots / np.sqrt(np.maximum(of_a.astype(np.float32) * of_b, 1)))
+        return least
 
     def of(self, node):
         """The regions of ``node``: vectors ``(R, D)`` float32 and bearings ``(R,)`` [rad]; no rows once forgotten."""
@@ -136,6 +153,20 @@ class Vectors:
         """Rows that answer: owners ``(M,)`` int32, matrix ``(M, D)`` int8, scales ``(M,)``, bearings ``(M,)``."""
         alive = self._answers[: self._count]
         return tuple(a[: self._count][alive] for a in (self._owners, self._matrix, self._scales, self._bearings))
+
+    def _dots(self, direction):
+        """Dot products of all rows with ``direction (D,)``, which is rounded to int8 like the rows."""
+        query, scale = quantize(direction)
+        dots = np.asarray(numkong.cdist(query, self._matrix[: self._count], "dot")).ravel()
+        return dots * (self._scales[: self._count] * scale)
+
+    def _of_rank(self, nodes, ranks):
+        """Rows ``(M, R)`` of the regions of ``ranks (R,)`` of ``nodes (M,)``, and whether each node has them."""
+        owners = self._owners[: self._count]
+        rows = np.searchsorted(owners, nodes)[:, None] + np.asarray(ranks)
+        has = rows < self._count
+        rows = np.where(has, rows, 0)
+        return rows, has & (owners[rows] == np.asarray(nodes)[:, None])
 
     def _rows(self, node):
         owners = self._owners[: self._count]

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 
 from edge.mapping.frontiers import reachable
+from edge.memory.recall import recall
 from edge.missions.centring import centre
 from edge.missions.mission import Mission, Story
 from edge.missions.motion import drive, face, look_from_near
@@ -142,7 +143,7 @@ class FindObject(Mission):
     def recall(self) -> list[Viewpoint]:
         """Viewpoints from which the memory says that the object was seen, best first ([V] Eqs. 2 and 3)."""
         robot = self.robot
-        hits = robot.memory.search(self.target.direction, self.config.hits)
+        hits = recall(robot.memory, self.target.direction, self.config.hits, robot.camera)
         self.places = robot.memory.poses(hits.ids)
         self.places[:, 2] += hits.bearings  # a region's hit looks where the region does
         self._scores = self.detector.softmax(hits.scores)

@@ -1,4 +1,4 @@
-"""Map a home: drive until the camera has looked at every reachable part of it, and remember the views."""
+"""Tour a home, known or not: drive until the camera has looked at every reachable part, and remember the views."""
 
 from dataclasses import dataclass
 from math import ceil
@@ -25,7 +25,7 @@ class MapHomeConfig:
 
 @dataclass(frozen=True, slots=True)
 class HomeMapped:
-    """How mapping ended."""
+    """How a tour ended."""
 
     complete: bool  # False when time ran out
     duration: float  # s
@@ -37,7 +37,8 @@ class HomeMapped:
 class MapHome(Mission):
     """Frontier exploration, the mapping run of [V] Sec. III-A, where *explored* is what the camera has looked at.
 
-    The lidar sees a room from its door; the memory needs the camera to have been near.
+    The lidar sees a room from its door; the memory needs the camera to have been near. In a home that was mapped
+    before, the map stays and everything is looked at again, so that the memory learns what has changed.
     """
 
     def __init__(self, robot, config: MapHomeConfig | None = None):
@@ -46,11 +47,14 @@ class MapHome(Mission):
         super().__init__(robot)
 
     def story(self) -> Story:
-        robot, started = self.robot, self.robot.stamp
+        robot, started, driven = self.robot, self.robot.stamp, self.robot.distance
+        robot.coverage.forget()
+        robot.memory.begin_tour()
         yield from turn(robot, 2 * np.pi)
         while (frontier := self.next_frontier()) is not None and robot.stamp - started < self.config.time_limit:
             yield from self.visit(frontier)
-        return HomeMapped(frontier is None, robot.stamp - started, robot.distance, robot.grid.area, len(robot.memory))
+        duration, distance = robot.stamp - started, robot.distance - driven
+        return HomeMapped(frontier is None, duration, distance, robot.grid.area, len(robot.memory))
 
     def next_frontier(self) -> Frontier | None:
         """The frontier that is soonest reached, or None when all has been seen that can be."""

@@ -72,7 +72,7 @@ class Drive:
 
 
 def mapped(complete=True):
-    return SimpleNamespace(complete=complete)
+    return SimpleNamespace(complete=complete, duration=9.0, distance=4.0)
 
 
 def found(robot):
@@ -240,6 +240,38 @@ def test_one_thing_at_a_time_and_cancel(rig):
     assert answer[0].status == "cancelled" and answer[0].duration >= 0
     assert not rig.ask("cancel", requests.Cancel(), requests.CancelReply).cancelled
     rig.until(lambda: rig.commands[-1:] == [STOP])
+
+
+def test_a_known_home_is_toured_again_on_request(rig, sessions, monkeypatch):
+    straightened = []
+    monkeypatch.setattr("edge.node.straighten", lambda *given: straightened.append(given) or carry_ahead(*given))
+    host = declare_alive(sessions[1], "host/alive/test")
+    rig = rig(missions(), mapped=True)
+    rig.until(lambda: rig.status().stamp > 0)
+    reply = rig.ask("tour", requests.Tour(), requests.TourReply)
+    assert (reply.status, reply.duration, reply.distance, reply.nodes) == ("complete", 9.0, 4.0, 0)
+    rig.until(lambda: rig.status().state == "idle")
+    assert rig.status().outcome == "mapped" and len(straightened) == 1
+    host.undeclare()
+
+
+def test_a_tour_that_is_cut_short_or_cancelled_leaves_the_home_known(rig):
+    ends = [mapped(complete=False)]
+    tours = Missions(lambda robot: Drive(robot, 5 if ends else 10**6, ends.pop() if ends else None), None)
+    rig = rig(tours, mapped=True)
+    rig.until(lambda: rig.status().stamp > 0)
+    assert rig.ask("tour", requests.Tour(), requests.TourReply).status == "timeout"
+    rig.until(lambda: rig.status().state == "idle")
+    assert rig.status().mapped
+    answer = []
+    asking = threading.Thread(target=lambda: answer.append(rig.ask("tour", requests.Tour(), requests.TourReply)))
+    asking.start()
+    rig.until(lambda: rig.status().state == "mapping")
+    with pytest.raises(RequestError, match="mapping its home.*cancel"):
+        rig.ask("tour", requests.Tour(), requests.TourReply)
+    assert rig.ask("cancel", requests.Cancel(), requests.CancelReply).cancelled
+    asking.join(10)
+    assert answer[0].status == "cancelled" and answer[0].nodes == 0 and rig.status().mapped
 
 
 def test_an_object_that_cannot_be_looked_for_is_refused(rig):

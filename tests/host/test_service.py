@@ -94,13 +94,13 @@ def test_what_cannot_be_searched_is_explained(service, robot):
 
 def test_a_graph_is_straightened(service):
     poses = np.array([[0.0, 0, 0], [1.2, 0, 0]])
-    arrays = ([0, 1], poses, [[0, 1]], [[1.0, 0, 0]], np.eye(3)[None])
+    arrays = ([0, 1], poses, [[0, 1]], [[1.0, 0, 0]], np.eye(3)[None], [True])
     reply = service.optimize(Optimize(*(Array.of(np.array(array)) for array in arrays)))
     np.testing.assert_allclose(reply.poses.numpy(), [[0, 0, 0], [1, 0, 0]], atol=1e-6)
     assert reply.covariances.numpy().shape == (2, 3, 3)
 
 
 def test_a_broken_graph_is_refused_in_words(service):
-    arrays = ([0, 1], np.zeros((2, 3)), [[0, 9]], [[1.0, 0, 0]], np.eye(3)[None])
+    arrays = ([0, 1], np.zeros((2, 3)), [[0, 9]], [[1.0, 0, 0]], np.eye(3)[None], [True])
     with pytest.raises(RequestError, match="not in the graph"):
         service.optimize(Optimize(*(Array.of(np.array(array)) for array in arrays)))

@@ -42,7 +42,7 @@ def test_help_names_every_command_and_is_quick():
     done = vlpg("--help")
     assert time.perf_counter() - started < 3.0  # 0.2 s on an idle machine
     assert done.returncode == 0
-    for command in ("demo", "sim", "robot", "host", "find", "status", "cancel", "reindex", "models", "eval", "bench"):
+    for command in "demo sim robot host find tour status cancel reindex models eval bench".split():
         assert f"  {command} " in done.stdout
 
 
@@ -60,7 +60,7 @@ def test_each_part_has_zenohs_flags(part):
         assert flag in done.stdout
 
 
-@pytest.mark.parametrize("question", ["find", "status", "cancel"])
+@pytest.mark.parametrize("question", ["find", "tour", "status", "cancel"])
 def test_each_question_has_zenohs_flags(question):
     done = vlpg(question, "--help")
     for flag in ("--connect", "-e", "--listen", "-l", "--mode", "-m", "--config", "-c", "--no-multicast-scouting"):
@@ -85,7 +85,7 @@ def test_without_zenoh_flags_the_parts_meet(arguments, joins, monkeypatch):
     assert (cli.MEETING_PLACE in became[0]) == joins
 
 
-@pytest.mark.parametrize("part", ["find", "encoder", "graph"])
+@pytest.mark.parametrize("part", ["find", "encoder", "graph", "life"])
 def test_each_evaluation_explains_itself(part):
     done = vlpg("eval", part, "--help")
     assert done.returncode == 0 and done.stdout.startswith(f"usage: vlpg eval {part}")
@@ -96,7 +96,7 @@ def test_the_benchmark_explains_itself():
     assert done.returncode == 0 and done.stdout.startswith("usage: vlpg bench encoder")
 
 
-@pytest.mark.parametrize("question", [("find", "teddy bear"), ("status",), ("cancel",)])
+@pytest.mark.parametrize("question", [("find", "teddy bear"), ("tour",), ("status",), ("cancel",)])
 def test_a_robot_that_is_not_there(question, nowhere):
     assert complains(vlpg(*question, *nowhere), "nobody answers at tcp/127.0.0.1:")
 

@@ -14,7 +14,7 @@ from firmware_sim.home import load_home
 from firmware_sim.house import HouseError
 from firmware_sim.world import World, WorldConfig
 from host.pose_graph import optimise
-from models.manifest import ModelError
+from models.manifest import DEFAULT, ModelError
 from tools.eval.oracle import OracleEncoder
 from tools.eval.tour import new_robot, run
 
@@ -43,7 +43,7 @@ class DeadReckoning(Localizer):
 def straighten(home: str, encoder: str, seed: int) -> Straightened:
     """One robot maps ``home``; a second one in the same body sees all it sees, but only counts its wheels' turns."""
     world = World(load_home(home), seed, WorldConfig(base=DRIFTING))
-    encoder = OracleEncoder(world) if encoder == "oracle" else Encoder.load()
+    encoder = OracleEncoder(world) if encoder == "oracle" else Encoder.load(encoder)
     guide, blind = new_robot(world, encoder), new_robot(world, encoder)
     blind.localizer = DeadReckoning()
     mission, truth = MapHome(guide), []
@@ -64,7 +64,7 @@ def straighten(home: str, encoder: str, seed: int) -> Straightened:
     ids, edges = np.arange(len(truth)), blind.memory.edges()
     raw = blind.memory.poses(ids)
     ends = np.column_stack([edges.i, edges.j])
-    poses, _ = optimise(ids, raw, ends, edges.transforms, edges.information)
+    poses, _ = optimise(ids, raw, ends, edges.transforms, edges.information, edges.trusted)
     errors = [_rms(found, np.array(truth)) for found in (raw, poses)]
     return Straightened(world.house.name, len(ids), edges.kinds.count("loop"), *errors)
 
@@ -80,7 +80,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="vlpg eval graph", description=__doc__.split(": ", 1)[1])
     everywhere = ["apartment", "cottage", "bungalow"]
     parser.add_argument("homes", nargs="*", default=everywhere, help="names, files, generated:N")
-    parser.add_argument("--encoder", choices=["shipped", "oracle"], default="shipped")
+    parser.add_argument("--encoder", default=DEFAULT, metavar="MODEL", help="a model's name, or oracle: true labels")
     parser.add_argument("--seed", type=int, default=0, help="of every source of noise")
     options = parser.parse_args(arguments)
     print("RMS error of the nodes of a robot that only counts its wheels' turns, before and after straightening")

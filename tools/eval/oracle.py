@@ -25,10 +25,11 @@ class OracleEncoder:
     REGIONS = ((0.0, 1.0), (0.0, 1 / 3), (1 / 3, 2 / 3), (2 / 3, 1.0))
     CELLS = (15, 20)  # rows, columns of the feature map
 
-    def __init__(self, world: World):
+    def __init__(self, world: World, newcomers: set[str] = frozenset()):
+        """``newcomers``: nouns that it is to know although no such thing is in the home yet."""
         self._world = world
         self._noun_of = {thing_id: thing.model.name.lower() for thing_id, thing in world.house.objects.items()}
-        self._nouns = sorted(set(self._noun_of.values()))
+        self._nouns = sorted(newcomers.union(self._noun_of.values()))
         self.dim = len(self._nouns) + 2
         self.digest = hashlib.sha256("\n".join(self._nouns).encode()).hexdigest()
 

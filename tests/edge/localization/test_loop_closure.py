@@ -70,7 +70,7 @@ def test_optimised_nodes_lie_nearer_to_the_truth(driven):
     store, truth, _ = driven
     edges, raw = store.edges(), store.poses(store.ids)
     ends = np.stack([edges.i, edges.j], 1)
-    poses, covariances = optimise(store.ids, raw, ends, edges.transforms, edges.information)
+    poses, covariances = optimise(store.ids, raw, ends, edges.transforms, edges.information, edges.trusted)
     before, after = position_error(raw, truth), position_error(poses, truth)
     print(f"RMS of {len(raw)} nodes: {np.sqrt((before**2).mean()):.3f} m raw, {np.sqrt((after**2).mean()):.3f} m")
     assert np.sqrt((after**2).mean()) < 0.7 * np.sqrt((before**2).mean())

@@ -76,3 +76,13 @@ def test_what_was_viewed_stays_when_the_grid_grows():
     coverage.integrate(np.array([0.0, 0.0, np.pi]), np.full((240, 320), 2.0, np.float32), CAMERA, grid)
     assert coverage.viewed[grid.frame.to_cell([1.5, 0.0])] and coverage.viewed[grid.frame.to_cell([-1.5, 0.0])]
     assert abs(int(coverage.viewed.sum()) - 2 * before) < 0.1 * before
+
+
+def test_what_is_forgotten_must_be_looked_at_again():
+    coverage, wall = CameraCoverage(), np.full((240, 320), 2.0, np.float32)
+    coverage.integrate(np.zeros(3), wall, CAMERA, OPEN)
+    assert coverage.viewed.any()
+    coverage.forget()
+    assert not coverage.viewed.any() and coverage.frame == FRAME
+    coverage.integrate(np.zeros(3), wall, CAMERA, OPEN)
+    assert coverage.viewed.any()

@@ -10,9 +10,10 @@ CONFIG = GateConfig("novel", 0.9, distance=0.5, angle=radians(30), same_distance
 HERE = np.array([0.0, 0.0, 0.0])
 
 
-def verdict(offset, cosines, config=CONFIG, answers=True):
+def verdict(offset, cosines, config=CONFIG, answers=True, recent=True):
     poses = np.array([offset], float)
-    return judge(HERE, poses, np.array([answers]), lambda nodes: np.atleast_2d(np.asarray(cosines, float)), config)
+    seen = np.atleast_2d(np.asarray(cosines, float))
+    return judge(HERE, poses, np.array([answers]), np.array([recent]), lambda nodes: seen, config)
 
 
 def test_a_superseded_node_refuses_nothing():
@@ -20,7 +21,7 @@ def test_a_superseded_node_refuses_nothing():
 
 
 def test_the_first_view_is_admitted():
-    assert judge(HERE, np.empty((0, 3)), np.empty(0, bool), None, CONFIG) == (True, [])
+    assert judge(HERE, np.empty((0, 3)), np.empty(0, bool), np.empty(0, bool), None, CONFIG) == (True, [])
 
 
 @pytest.mark.parametrize(
@@ -39,7 +40,8 @@ def test_equation_1_corrected(offset, cosine, admitted):
 
 def test_one_similar_near_node_is_enough_to_refuse():
     poses = np.array([[0.3, 0, 0], [0.31, 0, 0]])
-    assert not judge(HERE, poses, np.ones(2, bool), lambda nodes: np.array([[0.5], [0.95]])[nodes], CONFIG).admit
+    both, cosines = np.ones(2, bool), np.array([[0.5], [0.95]])
+    assert not judge(HERE, poses, both, both, lambda nodes: cosines[nodes], CONFIG).admit
 
 
 def test_a_changed_region_supersedes_although_the_whole_picture_agrees():
@@ -66,3 +68,16 @@ def test_bad_configurations_are_refused():
 
 def test_regions_that_a_node_lacks_do_not_count():
     assert verdict((0.1, 0, 0), [0.97, np.nan, 0.9]) == (False, [])
+
+
+@pytest.mark.parametrize(
+    "offset, cosines, superseded",
+    [
+        ((0.3, 0, 0), [0.95, 0.93, 0.91], [0]),  # nothing in it that the new view does not show
+        ((0.3, 0, 0), [0.95, 0.93, 0.85], []),  # one region differs: a cup that is gone, or only hidden from here
+        ((0.6, 0, 0), [0.99, 0.99, 0.99], []),  # from a second place
+        ((0.1, 0, 0), [0.95, 0.93, 0.4], [0]),  # contradicted
+    ],
+)
+def test_a_view_of_a_later_tour_is_never_known_already(offset, cosines, superseded):
+    assert verdict(offset, cosines, recent=False) == (True, superseded)

@@ -3,6 +3,7 @@ import sqlite3
 import subprocess
 import sys
 
+import networkx
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -171,6 +172,7 @@ def test_a_folder_that_does_not_exist(tmp_path):
         ({"vectors": np.ones((1, DIM + 1))}, "vectors must be"),
         ({"vectors": np.ones((5, DIM)), "bearings": np.zeros(5)}, "vectors must be"),
         ({"bearings": [0.0, 1.0]}, "bearings"),
+        ({"reach": [1.0, 2.0]}, "reach must be"),
         ({"pose": (0, np.nan, 0)}, "NaN"),
         ({"vectors": np.full((1, DIM), np.inf)}, "NaN or infinity"),
     ],
@@ -218,7 +220,7 @@ for n in range(20):
     warm.add(n, (n, 0, 0), np.eye(3), rng.normal(size=(1, {dim})), [0.0])
 warm.search(np.ones({dim}), 50)
 before = pss()
-store = Vlpg.open(sys.argv[1], "tower", "d", {dim}, VlpgConfig(gate=GateConfig(policy="dense")))
+store = Vlpg.open(sys.argv[1], "tower", "d", {dim}, VlpgConfig(gate=GateConfig(policy="dense"), limit={nodes}))
 for n in range({nodes}):
     store.add(n, (n, 0, 0), np.eye(3), rng.normal(size=(1, {dim})), [0.0])
 store.search(np.ones({dim}), 50)
@@ -232,3 +234,121 @@ print(store.nbytes, pss() - before, disk)
     assert grown <= 1.5 * dim * nodes + 2_000_000  # SQLite's cache, and what the allocator holds back whatever the size
     assert disk <= 2.5 * dim * nodes
     assert path.stat().st_size <= 2.5 * dim * nodes
+
+
+def in_one_piece(store):
+    """Whether the edges tie all nodes together, and nothing else."""
+    edges, graph = store.edges(), networkx.Graph()
+    graph.add_nodes_from(store.held.tolist())
+    graph.add_edges_from(zip(edges.i.tolist(), edges.j.tolist(), strict=True))
+    return len(graph) == len(store.held) and networkx.is_connected(graph)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), limit=st.integers(1, 12), audit=st.integers(0, 3), sessions=st.integers(1, 4))
+def test_never_more_nodes_than_the_limit_in_one_piece_and_the_same_when_reopened(
+    tmp_path_factory, seed, limit, audit, sessions
+):
+    rng, path = np.random.default_rng(seed), tmp_path_factory.mktemp("store") / "home.vlpg"
+    config, newest = VlpgConfig(limit=limit, audit=audit), -1
+    for _ in range(sessions):
+        with opened(path, config) as store:
+            for _ in range(rng.integers(1, 30)):
+                # Few places and few pictures, so that views are refused, superseded and dropped.
+                pose = (*rng.integers(0, 3, 2), rng.integers(-1, 2))
+                view = np.eye(DIM)[rng.integers(0, 3, 2)] + rng.normal(0, 0.01, (2, DIM))
+                node = store.add(0.0, pose, COVARIANCE, view, [0.0, 0.1], b"jpeg")
+                if node is None:
+                    continue
+                assert node > newest
+                newest = node
+                if rng.uniform() < 0.3 and len(store.held) > 1:
+                    store.link(int(rng.choice(store.held[:-1])), node)
+                assert len(store) <= limit and len(store.held) - len(store) <= audit + 1
+                assert in_one_piece(store)
+            edges, query = store.edges(), unit(rng, 1)[0]
+            expected = store.search(query, 50), store.ids, store.held, store.poses(store.held), *edges[:4]
+            assert edges.kinds.count("loop") <= len(store.held) + 9
+        with opened(path, config) as store:
+            found = store.search(query, 50), store.ids, store.held, store.poses(store.held), *store.edges()[:4]
+        for a, b in zip(expected, found, strict=True):
+            for x, y in zip(a, b, strict=True) if isinstance(a, tuple) else [(a, b)]:
+                np.testing.assert_array_equal(x, y)
+
+
+def test_what_is_dropped_leaves_nothing_behind(tmp_path):
+    path = tmp_path / "home.vlpg"
+    with opened(path, VlpgConfig(gate=DENSE.gate, limit=5)) as store:
+        walk(store, np.random.default_rng(8), 40)
+        assert len(store) == len(store.held) == 5 and store.held[-1] == 39
+        with pytest.raises(IndexError):
+            store.poses([0])
+    db = sqlite3.connect(path)
+    left = [db.execute(f"SELECT count(*) FROM {table}").fetchone()[0] for table in ("node", "embedding", "edge")]
+    assert left == [5, 20, 4]
+
+
+def test_of_the_superseded_the_last_ones_stay_for_audit():
+    store = opened(config=VlpgConfig(gate=DENSE.gate, audit=2))
+    walk(store, np.random.default_rng(2), 6)
+    for node in (3, 0, 1):
+        store.supersede(node, by=5)
+    store.supersede(2, by=4)
+    store.add(0.6, (6, 0, 0), COVARIANCE, unit(np.random.default_rng(0), 1), [0.0])
+    assert store.held.tolist() == [1, 3, 4, 5, 6] and in_one_piece(store)
+
+
+def test_a_smaller_limit_thins_an_old_store(tmp_path):
+    path = tmp_path / "home.vlpg"
+    with opened(path) as store:
+        walk(store, np.random.default_rng(9), 30)
+    with opened(path, VlpgConfig(gate=DENSE.gate, limit=10)) as store:
+        store.add(9.0, (50, 0, 0), COVARIANCE, unit(np.random.default_rng(1), 4), np.zeros(4))
+        assert len(store) == 10 and in_one_piece(store)
+
+
+def test_the_first_node_of_a_session_is_linked_to_the_nearest_of_old_as_well_as_the_robot_knows_where_it_is(tmp_path):
+    path, rng = tmp_path / "home.vlpg", np.random.default_rng(7)
+    with opened(path) as store:
+        walk(store, rng, 5)
+    with opened(path) as store:
+        assert store.add(0.0, (3.1, 0.6, 0.3), COVARIANCE, unit(rng, 1), [0.0]) == 5
+        assert store.add(0.1, (3.2, 0.6, 0.3), COVARIANCE, unit(rng, 1), [0.0]) == 6
+        edges = store.edges()
+    assert list(zip(edges.i.tolist(), edges.j.tolist(), edges.kinds))[-2:] == [(3, 5, "session"), (5, 6, "odometry")]
+    np.testing.assert_allclose(edges.transforms[-2], between((3, 0.5, 0.3), (3.1, 0.6, 0.3)), atol=1e-9)
+    turn = np.array([[np.cos(0.3), -np.sin(0.3), 0], [np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]])
+    doubt = turn @ np.linalg.inv(edges.information[-2]) @ turn.T  # in the map frame
+    assert (np.linalg.eigvalsh(doubt - COVARIANCE) > 0).all() and np.abs(doubt - COVARIANCE).max() < 1e-3
+
+
+def test_a_later_tour_takes_the_same_views_again_in_place_of_the_old_ones(tmp_path):
+    path, rng = tmp_path / "home.vlpg", np.random.default_rng(3)
+    views = unit(rng, 3)
+    for tour in (1, 2):
+        with opened(path, VlpgConfig()) as store:
+            store.begin_tour()
+            for x, view in enumerate(views):
+                assert store.add(0.0, (x, 0, 0), COVARIANCE, view, [0.0]) is not None
+                assert store.add(0.1, (x, 0, 0), COVARIANCE, view, [0.0]) is None
+            assert len(store) == 3 and store.tours(store.ids).tolist() == [tour] * 3
+    with opened(path, VlpgConfig()) as store:
+        assert store.tours(store.held).tolist() == [1, 1, 1, 2, 2, 2] and store.ids.tolist() == [3, 4, 5]
+
+
+@pytest.mark.parametrize("schema", ["1", "2"])
+def test_a_store_of_an_older_schema_is_brought_up_to_date(tmp_path, schema):
+    path = tmp_path / "home.vlpg"
+    with opened(path) as store:
+        walk(store, np.random.default_rng(4), 3)
+    db = sqlite3.connect(path)
+    db.execute("ALTER TABLE node DROP COLUMN tour")
+    db.execute("ALTER TABLE node DROP COLUMN reach")
+    if schema == "1":
+        db.execute("ALTER TABLE node DROP COLUMN scan")
+    db.execute("UPDATE meta SET value=? WHERE key='schema'", (schema,))
+    db.commit()
+    db.close()
+    for _ in range(2):
+        with opened(path) as store:
+            assert len(store) == 3 and store.tours(store.ids).tolist() == [0, 0, 0] and store.scan(0) is None

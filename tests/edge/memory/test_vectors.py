@@ -116,3 +116,19 @@ def test_empty_memory_and_no_hits_wanted():
 def test_bad_directions_are_refused(direction, message):
     with pytest.raises(ValueError, match=message):
         filled(np.eye(4)).search(direction, 1)
+
+
+def test_likeness_is_that_of_the_region_that_differs_most():
+    vectors, rng = Vectors(16), np.random.default_rng(4)
+    views = [rng.normal(size=(count, 16)).astype(np.float32) for count in (4, 4, 2)]
+    for node, view in zip((3, 5, 9), views):
+        vectors.append(node, *quantize(view), np.zeros(len(view)))
+
+    def least(a, b):
+        ranks = min(len(a), len(b))
+        cosines = (a[:ranks] * b[:ranks]).sum(1) / np.linalg.norm(a[:ranks], axis=1) / np.linalg.norm(b[:ranks], axis=1)
+        return cosines.min()
+
+    found = vectors.likeness(np.array([3, 9, 9]), np.array([5, 3, 9]))
+    np.testing.assert_allclose(found, [least(views[0], views[1]), least(views[2], views[0]), 1.0], atol=0.02)
+    assert np.isnan(vectors.cosines(np.array([9]), views[0])[0]).tolist() == [False, False, True, True]

@@ -12,6 +12,8 @@ from edge.observation import LaserScan
 from edge.pose import between, compose, wrap
 from edge.robot import RobotConfig
 from tests.edge.missions.conftest import make_robot, make_world
+from tools.eval.child import in_child
+from tools.eval.tour import run
 
 
 def test_the_tour_ends_complete_and_without_a_collision(mapped):
@@ -76,3 +78,15 @@ def test_the_same_seed_drives_the_same_way_twice_and_another_does_not():
     first = trajectory(3)
     assert np.array_equal(first, trajectory(3))
     assert not np.array_equal(first, trajectory(4))
+
+
+def test_a_known_home_is_looked_at_again(mapped):
+    again = in_child(toured_again, mapped)
+    assert again.complete and again.distance > 3.0 and again.duration > 10.0
+    assert again.distance < 2 * mapped.mission.outcome.distance
+
+
+def toured_again(mapped):
+    mission = MapHome(mapped.robot)
+    run(mapped.world, mission)
+    return mission.outcome

@@ -12,7 +12,7 @@ def test_a_small_home_is_straightened_without_harm(home):
 
 
 def test_what_the_optimiser_finds_is_what_is_judged(home, monkeypatch):
-    def a_metre_off(ids, poses, edges, transforms, information):
+    def a_metre_off(ids, poses, edges, transforms, information, trusted):
         assert len(ids) == len(poses) and len(edges) >= len(ids) - 1
         return poses + [0.0, 1.0, 0.0], None
 
