@@ -6,6 +6,7 @@ import numpy as np
 
 from edge.link.exchange import NoAnswer, ask
 from edge.link.requests import Array, Optimize, OptimizeReply, RequestError
+from edge.localization.loop_closure import bent
 
 if TYPE_CHECKING:  # the link knows the robot by its parts
     from edge.robot import Robot
@@ -16,14 +17,15 @@ TIMEOUT = 5.0  # s; a host takes 0.2 s for 1 000 nodes
 def straighten(session, robot: "Robot", timeout: float = TIMEOUT) -> tuple[np.ndarray, np.ndarray]:
     """Optimise the robot's graph on a host and correct the robot; the nodes' poses (N, 3) before and after.
 
-    Without a loop in the graph nobody is asked, and N is 0. The robot must stand still: it answers nothing meanwhile.
+    While most loop closures agree with the poses as they are, nobody is asked, and N is 0. The robot must stand still:
+    it answers nothing meanwhile.
 
     Raises:
         RequestError: no host answered, or the graph cannot be optimised; nothing was changed.
     """
-    edges = robot.memory.edges()
-    if "loop" not in edges.kinds:
+    if not bent(robot.memory):
         return np.zeros((0, 3)), np.zeros((0, 3))
+    edges = robot.memory.edges()
     ends = np.column_stack([edges.i, edges.j])
     ids = np.unique(ends)
     before = robot.memory.poses(ids)

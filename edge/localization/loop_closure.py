@@ -12,6 +12,8 @@ from edge.memory.scan_bytes import unpack
 from edge.memory.store import Vlpg
 from edge.pose import between, compose, wrap
 
+CONTRADICTS = 11.34  # squared Mahalanobis distance; chi-square with 3 degrees of freedom at 99 %
+
 
 @dataclass(frozen=True)
 class LoopConfig:
@@ -82,3 +84,19 @@ class LoopCloser:
                 scan, offset = unpack(data)
                 grid.integrate_scan(compose(memory.poses([node])[0], offset), scan)
         return grid
+
+
+def bent(memory: Vlpg) -> bool:
+    """Whether most loop closures contradict the nodes' poses, so that straightening the graph is worth it.
+
+    Where scans are matched with one map, nodes lie within centimetres and most closures say so; straightening could
+    then only spread the error of a false one.
+    """
+    edges = memory.edges()
+    loops = [number for number, kind in enumerate(edges.kinds) if kind == "loop"]
+    if not loops:
+        return False
+    first, second = memory.poses(edges.i[loops]), memory.poses(edges.j[loops])
+    errors = between(first, second) - edges.transforms[loops]
+    errors[:, 2] = wrap(errors[:, 2])
+    return bool(np.median(np.einsum("li,lij,lj->l", errors, edges.information[loops], errors)) > CONTRADICTS)

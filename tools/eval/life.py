@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from edge.localization.loop_closure import bent
 from edge.mapping.occupancy import OccupancyGrid
 from edge.memory.store import Vlpg, VlpgConfig
 from edge.missions.find_object import FindObject
@@ -178,9 +179,9 @@ def is_shown(house: House, pose: np.ndarray, noun: str, sweep: float) -> bool:
 
 def straighten(robot: Robot) -> None:
     """What a host would make of the graph."""
-    edges = robot.memory.edges()
-    if "loop" not in edges.kinds:
+    if not bent(robot.memory):
         return
+    edges = robot.memory.edges()
     ends = np.column_stack([edges.i, edges.j])
     ids = np.unique(ends)
     parts = robot.memory.poses(ids), ends, edges.transforms, edges.information, edges.trusted

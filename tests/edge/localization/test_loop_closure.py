@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge.localization.loop_closure import LoopCloser
+from edge.localization.loop_closure import LoopCloser, bent
 from edge.memory.gate import GateConfig
 from edge.memory.scan_bytes import pack
 from edge.memory.store import Vlpg, VlpgConfig
@@ -75,6 +75,18 @@ def test_optimised_nodes_lie_nearer_to_the_truth(driven):
     print(f"RMS of {len(raw)} nodes: {np.sqrt((before**2).mean()):.3f} m raw, {np.sqrt((after**2).mean()):.3f} m")
     assert np.sqrt((after**2).mean()) < 0.7 * np.sqrt((before**2).mean())
     assert covariances.shape == (len(raw), 3, 3)
+
+
+def test_a_graph_is_bent_until_it_is_straightened(driven):
+    store, truth, _ = driven
+    raw = store.poses(store.ids)
+    assert bent(store)
+    store.move(store.ids, truth)
+    assert not bent(store)
+    store.link(0, 50, (1.0, 2.0, 3.0), np.eye(3) * 1e4)  # a false closure among many true ones
+    assert not bent(store)
+    store.move(store.ids, raw)
+    assert bent(store) and not bent(memory())
 
 
 def test_a_place_that_only_looks_the_same_is_refused(driven):
