@@ -28,7 +28,7 @@ class FindObjectConfig:
     hits: int = 50  # k of [V] Sec. III-C
     hypotheses: int = 3  # viewpoints tried, best first; [V] tries one
     certain: float = 0.9  # score that needs no further look around, and that the memory is searched around for
-    sure: float = 0.75 # confidence of a claim that needs no comparison with what the other viewpoints show
+    sure: float = 0.5  # confidence of a claim that needs no comparison with what the other viewpoints show
     claimed: float = 0.2  # confidence below which the answer is "not found"
     in_memory: float = 0.75  # score of the best hit; of objects that were seen, nine in ten have more
     alike: float = 0.5  # of the best hit's dot product; a sighting may be weaker than the memory, but not by more
