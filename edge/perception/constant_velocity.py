@@ -9,10 +9,10 @@ class ConstantVelocity:
     _MEASURES = np.eye(2, 4)
 
     def __init__(self, measured, noise: float, speed: float, acceleration: float):
-        """Starts at a ``measured (2,)`` point. One sigma each: of a point, of the first speed, of the acceleration."""
+        """Starts at a ``measured (2,)`` point. One sigma each: of that, of the first speed, of the acceleration."""
         self.state = np.array([*measured, 0.0, 0.0])
         self.covariance = np.diag([noise**2, noise**2, speed**2, speed**2])
-        self._noise, self._acceleration = noise, acceleration
+        self._acceleration = acceleration
 
     @property
     def position(self) -> np.ndarray:
@@ -32,18 +32,17 @@ class ConstantVelocity:
         self.state = motion @ self.state
         self.covariance = motion @ self.covariance @ motion.T + push @ push.T * self._acceleration**2
 
-    def distance(self, measured) -> float:
-        """Squared Mahalanobis distance of a ``measured (2,)`` point."""
+    def distance(self, measured, noise: float) -> float:
+        """Squared Mahalanobis distance of a ``measured (2,)`` point, itself known to ``noise``, one sigma."""
         innovation = np.asarray(measured, float) - self.position
-        return float(innovation @ np.linalg.solve(self._spread, innovation))
+        return float(innovation @ np.linalg.solve(self._spread(noise), innovation))
 
-    def correct(self, measured) -> None:
-        """Take in a ``measured (2,)`` point."""
-        gain = np.linalg.solve(self._spread, self.covariance[:2]).T
+    def correct(self, measured, noise: float) -> None:
+        """Take in a ``measured (2,)`` point, known to ``noise``, one sigma."""
+        gain = np.linalg.solve(self._spread(noise), self.covariance[:2]).T
         self.state = self.state + gain @ (np.asarray(measured, float) - self.position)
         self.covariance = (np.eye(4) - gain @ self._MEASURES) @ self.covariance
 
-    @property
-    def _spread(self) -> np.ndarray:
+    def _spread(self, noise: float) -> np.ndarray:
         """Covariance (2, 2) of what a measurement will be."""
-        return self.covariance[:2, :2] + np.eye(2) * self._noise**2
+        return self.covariance[:2, :2] + np.eye(2) * noise**2

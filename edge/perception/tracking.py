@@ -58,7 +58,7 @@ class BoxTracker:
         if self._filter is None:
             self._filter = ConstantVelocity(centre, config.centre_noise, config.velocity_prior, config.acceleration)
             self._seen = stamp
-        elif self._filter.distance(centre) <= config.gate:
-            self._filter.correct(centre)
+        elif self._filter.distance(centre, config.centre_noise) <= config.gate:
+            self._filter.correct(centre, config.centre_noise)
             self._seen = stamp
         return self.centre
