@@ -68,12 +68,12 @@ class Pedestrian:
         if len(self.waypoints) < 2 or not self.speed > 0:
             raise ValueError("A pedestrian needs two waypoints or more, and a positive speed.")
 
-    def position(self, time: float) -> np.ndarray:
-        """Where the person is at ``time`` [s]: ``(2,)`` m."""
+    def position(self, time) -> np.ndarray:
+        """Where the person is at ``time`` [s], of any shape ``S``: ``S + (2,)`` m."""
         waypoints = np.asarray(self.waypoints, float)
         reached = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(waypoints, axis=0).T))])
-        walked = self.speed * (time - self.departure)
-        return np.array([np.interp(walked, reached, waypoints[:, axis]) for axis in (0, 1)])
+        walked = self.speed * (np.asarray(time) - self.departure)
+        return np.stack([np.interp(walked, reached, waypoints[:, axis]) for axis in (0, 1)], axis=-1)
 
     def figure(self, time: float) -> Figure:
         """How the person stands there at ``time`` [s]."""
