@@ -16,6 +16,7 @@ from edge.memory.scan_bytes import pack
 from edge.memory.store import Vlpg
 from edge.observation import LaserScan, Observation, RgbdFrame
 from edge.perception.close_look import look_closely, to_remember
+from edge.perception.movers import MoverTracker
 from edge.pose import between, compose
 
 
@@ -41,6 +42,7 @@ class Robot:
         self.config = config or RobotConfig()
         self.grid = OccupancyGrid()
         self.localizer = Localizer()
+        self.movers = MoverTracker()
         self.coverage = CameraCoverage()
         self.loops = LoopCloser(memory)
         self.stamp = 0.0  # s
@@ -53,16 +55,20 @@ class Robot:
         self._offered = self._mapped = np.array([1e9, 1e9, 0.0])  # poses of the last view offered, the last scan mapped
 
     def perceive(self, observation: Observation) -> None:
-        """Localize, map, look and remember; the order matters, each uses what the one before found."""
-        pose = self.localizer.update(observation.odom, observation.scan, self.grid)
+        """Notice who moves, localize, map, look, remember; the order matters, each uses what the one before found."""
+        scan = observation.scan
+        if scan is not None:
+            self.movers.update(self.in_map(scan.odom), scan, self.grid)
+            scan = self.movers.without_passing(scan)
+        pose = self.localizer.update(observation.odom, scan, self.grid)
         self.distance += float(np.hypot(*(pose[:2] - self.pose[:2])))
         self.stamp, self.pose = observation.stamp, pose
         self.twist, self.bumper = observation.twist, observation.bumper
-        if observation.scan is not None:
-            self._scan = observation.scan
+        if scan is not None:
+            self._scan = scan
             if not self.localizer.lost:
-                self._map_scan(observation.scan)
-        if observation.bumper:
+                self._map_scan(scan)
+        if observation.bumper and not self.movers.touch(pose, self.config.radius):
             self.grid.integrate_contact(pose, self.config.radius)
         self.coverage.follow(self.grid.frame)
         self.frame = observation.frame
@@ -84,6 +90,7 @@ class Robot:
         self.memory.move(ids, after, covariances)
         self.memory.save_map(grid.to_bytes())
         self.grid = grid
+        self.movers = MoverTracker()  # where they were is not where they are in this map
         self.coverage.move(grid.frame, column, row)
         here = carried_pose(self.pose, before, after)
         self.localizer.move(self.pose, here)
@@ -100,10 +107,11 @@ class Robot:
 
     def _look(self, frame: RgbdFrame) -> None:
         pose = self.in_map(frame.odom)
-        self.grid.integrate_depth(pose, frame.depth, self.camera)
+        self.grid.integrate_depth(pose, frame.depth, self.camera, self.movers.discs)
         self.coverage.integrate(pose, frame.depth, self.camera, self.grid)
         x, y, turn = between(self._offered, pose)
-        if np.hypot(x, y) >= self.config.candidate_distance or abs(turn) >= self.config.candidate_angle:
+        moved = np.hypot(x, y) >= self.config.candidate_distance or abs(turn) >= self.config.candidate_angle
+        if moved and not self.movers.hide(pose, self.camera):
             self._offered = pose
             self._remember(frame, pose)
 

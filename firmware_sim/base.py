@@ -6,7 +6,17 @@ from math import cos, exp, hypot, sin, sqrt
 import numpy as np
 import pymunk
 
+from firmware_sim.pedestrian import Pedestrian
 from firmware_sim.placement import ROBOT_RADIUS, is_obstacle
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """The robot has run into something, or a person into the robot."""
+
+    time: float  # s
+    person: bool  # else a wall or furniture
+    speed: float  # m/s, the robot's own just before
 
 
 @dataclass(frozen=True)
@@ -34,9 +44,9 @@ class Base:
         """Stand at ``start (3,)``. ``rng`` draws wheel errors and slip; None makes wheels that grip perfectly."""
         self.house, self.config, self._rng = house, config, rng
         self.time = 0.0  # s
-        self.contacts = 0
+        self.contacts: list[Contact] = []
         self.touching = False
-        self._last_touch = -1.0  # s
+        self._last_touch: dict[bool, float] = {}  # s, of a person (True) and of anything else
         self._space = pymunk.Space()
         self._space.collision_slop = 0.001
         inertia = config.mass * config.radius**2 / 2
@@ -45,6 +55,8 @@ class Base:
         self._disc = pymunk.Circle(self._body, config.radius)
         self._disc.friction = 0.3
         self._space.add(self._body, self._disc)
+        self._pedestrian: Pedestrian | None = None
+        self._person: pymunk.Circle | None = None
         self._obstacles: list[pymunk.Shape] = []
         self._revision = None
         self._wheel_speed = [0.0, 0.0]  # rad/s, left and right
@@ -77,6 +89,15 @@ class Base:
         """Encoder counts of the left and right wheel since the start."""
         per_radian = self.config.ticks_per_turn / (2 * np.pi)
         return int(self._wheel_angle[0] // (1 / per_radian)), int(self._wheel_angle[1] // (1 / per_radian))
+
+    def admit(self, pedestrian: Pedestrian) -> None:
+        """Let a person walk about, whom nothing stops, instead of the one before."""
+        if self._person is not None:
+            self._space.remove(self._person.body, self._person)
+        self._pedestrian = pedestrian
+        self._person = pymunk.Circle(pymunk.Body(body_type=pymunk.Body.KINEMATIC), pedestrian.radius)
+        self._person.friction = 0.3
+        self._space.add(self._person.body, self._person)
 
     def advance(self, duties: tuple[float, float], steps: int, voltage_ratio: float = 1.0) -> None:
         """Let the motors run for ``steps`` physics steps at ``duties`` in [-1, 1], left and right."""
@@ -117,8 +138,10 @@ class Base:
         body.force = (push_x * grip * config.mass / dt, push_y * grip * config.mass / dt)
         twist_limit = limit * config.wheel_separation / 2 * config.mass / body.moment
         body.torque = min(max(turn - turning, -twist_limit), twist_limit) * body.moment / dt
+        if self._pedestrian is not None:
+            self._walk(dt)
         self._space.step(dt)
-        self._note_contact()
+        self._note_contact(hypot(vx, vy))
         after_x, after_y = body.velocity
         ax, ay = (after_x - vx) / dt, (after_y - vy) / dt
         self.acceleration = (ax * c + ay * s, -ax * s + ay * c)
@@ -133,19 +156,20 @@ class Base:
         self._slip[0] = keep * self._slip[0] + shake * float(left)
         self._slip[1] = keep * self._slip[1] + shake * float(right)
 
-    def _note_contact(self):
-        touched = False
+    def _walk(self, dt):
+        """Put the person where they are now, at the speed that takes them to where they are next."""
+        here, there = (self._pedestrian.position(time) for time in (self.time, self.time + dt))
+        self._person.body.position, self._person.body.velocity = tuple(here), tuple((there - here) / dt)
 
-        def note(arbiter):
-            nonlocal touched
-            touched = True
-
-        self._body.each_arbiter(note)
-        if touched:
-            if self.time - self._last_touch > 0.5 or self._last_touch < 0:
-                self.contacts += 1
-            self._last_touch = self.time
-        self.touching = touched
+    def _note_contact(self, speed):
+        """Notes what touches the robot, which drove at ``speed`` [m/s]; within 0.5 s it is the same contact."""
+        touched = set()
+        self._body.each_arbiter(lambda arbiter: touched.add(self._person in arbiter.shapes))
+        for person in sorted(touched):
+            if self.time - self._last_touch.get(person, -np.inf) > 0.5:
+                self.contacts.append(Contact(self.time, person, speed))
+            self._last_touch[person] = self.time
+        self.touching = bool(touched)
 
     def _rebuild_obstacles(self):
         """Wall bodies and footprints of all obstacles as static shapes."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from edge.camera import CameraModel
 from edge.pose import compose, wrap
+from firmware_sim.pedestrian import Figure
 from firmware_sim.sprites import NEAREST, Window, cast
 from firmware_sim.surfaces import Surfaces
 
@@ -21,7 +22,7 @@ class Picture:
 
     rgb: np.ndarray  # (H, W, 3) uint8
     depth: np.ndarray  # (H, W) float32 m along the optical axis; 0 = no return
-    instances: np.ndarray  # (H, W) int16 index into `Camera.object_ids`; -1 = walls, floor, ceiling
+    instances: np.ndarray  # (H, W) int16 index into `Camera.object_ids`; -1 = walls, floor, ceiling, people
 
 
 @dataclass(frozen=True)
@@ -65,13 +66,15 @@ class Camera:
             self._shell = self.house.plan, Surfaces(self.house, self.model, self._seed)
         return self._shell[1]
 
-    def render(self, pose) -> Picture:
-        """The picture from base pose ``pose`` (3,) in the house frame."""
+    def render(self, pose, figure: Figure | None = None) -> Picture:
+        """The picture from base pose ``pose`` (3,) in the house frame, with a person in it if there is a ``figure``."""
         x, y, heading = compose(pose, (self.model.ahead, self.model.left, 0.0))
         rgb, depth = self._surfaces.draw(x, y, heading)
         instances = np.full(depth.shape, -1, np.int16)
         for thing, centre in self._in_view(x, y, heading):
             self._compose(thing, centre, heading, rgb, depth, instances)
+        if figure is not None:
+            figure.draw((x, y, heading), self.model, rgb, depth, instances)
         if self.noise:
             rgb, depth = self._disturb(rgb, depth)
         depth[(depth < self.model.min_depth) | (depth > self.model.max_depth)] = 0

@@ -6,6 +6,7 @@ from math import pi
 import numpy as np
 
 from edge.pose import transform
+from firmware_sim.pedestrian import Figure
 from firmware_sim.polygons import edges
 
 
@@ -36,8 +37,10 @@ class Lidar:
         self._revision = None
         self._segments = np.zeros((0, 2, 2))
 
-    def scan(self, pose) -> np.ndarray:
+    def scan(self, pose, figure: Figure | None = None) -> np.ndarray:
         """Distances ``(beams,)`` float32 [m] from the true base pose ``(3,)``; inf where nothing is in range.
+
+        ``figure`` is a person who stands in the house at the moment.
 
         Works per segment, not per beam: a segment covers a run of neighbouring beams, and only these are intersected
         with it. So the work is the number of beams times how many surfaces lie behind one another, not times all.
@@ -74,6 +77,10 @@ class Lidar:
         distance[~(distance > 0)] = np.inf  # a beam along the segment: its neighbours tell
         ranges = np.full(config.beams, np.inf)
         np.minimum.at(ranges, beam % config.beams, distance)
+        if figure is not None:
+            angles = theta + config.angle_min + config.angle_increment * np.arange(config.beams)
+            beams = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+            ranges = np.minimum(ranges, figure.distances(x, y, beams))
         if self._rng is not None:
             ranges += self._rng.normal(0.0, config.noise, config.beams)
         ranges[ranges > config.range_max] = np.inf

@@ -15,6 +15,7 @@ from firmware_sim.house import House
 from firmware_sim.imu import Imu, ImuConfig, ImuSample
 from firmware_sim.lidar import Lidar, LidarConfig
 from firmware_sim.odometry import Odometry, OdometryConfig
+from firmware_sim.pedestrian import Figure, Pedestrian
 from firmware_sim.placement import HouseError
 
 POWER_UP = 2.0  # s at rest before the clock starts
@@ -58,6 +59,7 @@ class World:
             self.odometry.update((0, 0), self.imu.turn_rate)
         self.battery = Battery(config.battery)
         self.lidar = Lidar(house, config.lidar, lidar_rng)
+        self.pedestrian: Pedestrian | None = None
         self.picture = None
         self._seed = seed
         self._cameras = {}
@@ -80,12 +82,17 @@ class World:
     @property
     def contacts(self) -> int:
         """How often the robot has run into something."""
-        return self.base.contacts
+        return len(self.base.contacts)
 
     @property
     def object_ids(self) -> list[str]:
         """What the numbers in ``picture.instances`` mean."""
         return self._camera("robot", self.config.camera_model, self.config.noise).object_ids
+
+    def admit(self, pedestrian: Pedestrian) -> None:
+        """Let a person walk through the house, by this world's clock, instead of the one before."""
+        self.pedestrian = pedestrian
+        self.base.admit(pedestrian)
 
     def step(self, twist: Twist | None, dt: float = 0.1) -> Observation:
         """Let ``dt`` seconds pass, a multiple of the firmware's period. None: no command arrives in this step.
@@ -117,7 +124,7 @@ class World:
             return None
         self._next_scan = self.time + self.config.scan_period
         lidar = self.config.lidar
-        ranges = self.lidar.scan(self.base.pose)
+        ranges = self.lidar.scan(self.base.pose, self._figure())
         return LaserScan(self.time, ranges, lidar.angle_min, lidar.angle_increment, lidar.range_max, odom)
 
     def _frame(self, odom):
@@ -125,7 +132,7 @@ class World:
             return None
         self._next_frame = self.time + self.config.frame_period
         camera = self._camera("robot", self.config.camera_model, self.config.noise)
-        self.picture = camera.render(self.truth)
+        self.picture = camera.render(self.truth, self._figure())
         self._judged = (self._view(self.truth), self.picture.instances, camera.object_ids)
         return RgbdFrame(self.time, self.picture.rgb, self.picture.depth, odom)
 
@@ -146,7 +153,7 @@ class World:
             return 0.0
         if self._judged is None or self._judged[0] != self._view(pose):
             judge = self._camera("judge", model, False)
-            self._judged = (self._view(pose), judge.render(pose).instances, judge.object_ids)
+            self._judged = (self._view(pose), judge.render(pose, self._figure()).instances, judge.object_ids)
         _, instances, object_ids = self._judged
         if object_id not in object_ids:
             return 0.0
@@ -154,7 +161,10 @@ class World:
 
     def _view(self, pose):
         """What a picture depends on."""
-        return (*pose.tolist(), self.house.revision)
+        return (*pose.tolist(), self.house.revision, self._figure())
+
+    def _figure(self) -> Figure | None:
+        return None if self.pedestrian is None else self.pedestrian.figure(self.time)
 
     def _camera(self, role, model, noise):
         if role not in self._cameras:

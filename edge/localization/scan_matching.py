@@ -40,13 +40,19 @@ class Match:
     score: float  # share of the returns on known ground that lie on something mapped; 0 when too few are
 
 
-def scan_points(scan: LaserScan, min_range: float) -> np.ndarray:
-    """Ends of the beams that returned, ``(N, 2)`` [m] in base_link."""
+def returned(scan: LaserScan, min_range: float) -> np.ndarray:
+    """Numbers ``(N,)`` of the beams that returned from ``min_range`` [m] or beyond."""
     ranges = np.asarray(scan.ranges, float)
     with np.errstate(invalid="ignore"):
-        hit = (ranges >= min_range) & (ranges < scan.range_max)
-    angles = scan.angle_min + scan.angle_increment * np.flatnonzero(hit)
-    return ranges[hit, None] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        return np.flatnonzero((ranges >= min_range) & (ranges < scan.range_max))
+
+
+def scan_points(scan: LaserScan, min_range: float) -> np.ndarray:
+    """Ends of the beams that returned, ``(N, 2)`` [m] in base_link."""
+    beams = returned(scan, min_range)
+    angles = scan.angle_min + scan.angle_increment * beams
+    ranges = np.asarray(scan.ranges, float)[beams]
+    return ranges[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
 
 def match(field: LikelihoodField, scan: LaserScan, guess: np.ndarray, config: MatchConfig = MatchConfig()) -> Match:

@@ -16,6 +16,8 @@ from edge.mapping.warp import sources, warped
 from edge.observation import LaserScan
 from edge.pose import transform
 
+NO_DISCS = np.zeros((0, 3))
+
 
 @dataclass(frozen=True)
 class OccupancyConfig:
@@ -107,17 +109,22 @@ class OccupancyGrid:
         log_odds.update(layer, hits, misses, self.config.lidar)
         self._changed()
 
-    def integrate_depth(self, pose: np.ndarray, depth: np.ndarray, camera: CameraModel) -> None:
+    def integrate_depth(
+        self, pose: np.ndarray, depth: np.ndarray, camera: CameraModel, leave_out: np.ndarray = NO_DISCS
+    ) -> None:
         """Adds one depth image ``(H, W)`` float32 m (0 or NaN = no return) taken at base ``pose`` (3,) in the map.
 
         Obstacles are points 0.1–1.0 m above the floor; see ``DepthView`` for what is cleared. The ground under
-        the robot is cleared too: it stands there. Raises ValueError for a wrong image size or pose.
+        the robot is cleared too: it stands there. What is seen in ``leave_out`` (M, 3), discs of
+        x, y and radius [m], makes no hits. Raises ValueError for a wrong image size or pose.
         """
         pose = _finite(pose)
         view = DepthView.read(depth, camera, self.config.view, self.resolution)
         obstacles, start, end = (transform(pose, part) for part in (view.obstacles, view.clear_from, view.clear_to))
         window, corner = self._window(np.concatenate([obstacles, start, end]), pose)
         layer = self._depth[window]
+        for x, y, radius in leave_out:
+            obstacles = obstacles[np.hypot(*(obstacles - (x, y)).T) > radius]
         row, col = self._index(obstacles, corner)
         pixels = np.bincount(row * layer.shape[1] + col, minlength=layer.size).reshape(layer.shape)
         hits = (pixels >= self.config.min_pixels).astype(np.uint8)

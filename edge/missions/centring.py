@@ -53,7 +53,14 @@ def centre(
             path, planned = route(robot, last.position, near=config.standoff), robot.stamp
         target = ImageTarget(middle[0], last.depth)
         yield controller.step(
-            robot.pose, robot.twist, path, robot.grid.clearance(), robot.grid.frame, target=target, bumper=robot.bumper
+            robot.pose,
+            robot.twist,
+            path,
+            robot.grid.clearance(),
+            robot.grid.frame,
+            target=target,
+            bumper=robot.bumper,
+            movers=robot.movers.followed,
         )
     yield STOP
     return last

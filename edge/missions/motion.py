@@ -76,12 +76,15 @@ def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig
             robot.grid.frame,
             goal_heading=heading,
             bumper=robot.bumper,
+            movers=robot.movers.followed,
         )
         if controller.arrived:
             yield STOP
             return True
         if length(path) < nearest - config.progress:
             nearest, moved = length(path), robot.stamp
+        elif robot.movers.anybody:
+            moved = robot.stamp  # it waits, or goes round
         elif robot.stamp - moved > config.patience:
             return False
         yield twist

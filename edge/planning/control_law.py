@@ -22,6 +22,7 @@ class ControlLawConfig:
     v_max: float = 0.6  # m/s, the base
     omega_max: float = 1.5  # rad/s, the base
     acceleration: float = 0.8  # m/s², comfortable for a robot 1 m tall
+    brake: float = 1.6  # m/s², for who runs into the robot's way; half of what would make it lean
     angular_acceleration: float = 4.0  # rad/s²
     r_slow: float = 0.6  # m from the target, where the robot begins to slow down; 1.5-2 in the sources for v = 1.5 m/s
     v_min: float = 0.08  # m/s, so that the approach ends; below the base hardly moves
@@ -89,15 +90,23 @@ def velocities(r, theta, delta, v_max, config: ControlLawConfig):
 def roll_out(pose, twist, targets: np.ndarray, control_period: float, config: ControlLawConfig) -> RollOuts:
     """Closed-loop trajectories from one ``pose (3,)`` and ``twist (2,)`` to ``targets (N, 4)``: x, y, heading, v_max.
 
-    The base follows the law as far as its accelerations allow. All N are simulated as one batch, in which a step takes
+    The base follows the law as far as its accelerations allow. With a negative ``v_max`` it drives backwards, as a
+    robot that looks the other way would drive forwards. All N are simulated as one batch, in which a step takes
     some sixty calls of numpy whatever N is.
     """
     tx, ty, th, v_max = np.asarray(targets, float).T
+    back, v_max = v_max < 0, np.abs(v_max)
+    facing = np.pi * back  # from the robot's heading to the direction that it drives in
+    sign = np.where(back, -1.0, 1.0)
+    th = th + facing
     n, kept = len(tx), config.steps // config.every
     states = np.empty((5, kept + 1, n))
     states[:, 0] = np.array([*pose, *twist])[:, None]
     x, y, heading, v, omega = states[:, 0].copy()
-    dt, dv, dw = config.dt, config.acceleration * config.dt, config.angular_acceleration * config.dt
+    heading, v = heading + facing, v * sign
+    dt, dw = config.dt, config.angular_acceleration * config.dt
+    slower = config.brake * dt
+    faster = np.where(back, slower, config.acceleration * dt)
     commanded = max(1, round(control_period / dt))
     turn = 2.0 * np.pi
     for step in range(1, config.steps + 1):
@@ -108,14 +117,14 @@ def roll_out(pose, twist, targets: np.ndarray, control_period: float, config: Co
         theta -= turn * np.floor(theta / turn + 0.5)  # `wrap` without its slow remainder
         delta -= turn * np.floor(delta / turn + 0.5)
         want_v, want_omega = velocities(r, theta, delta, v_max, config)
-        v = np.minimum(np.maximum(want_v, v - dv), v + dv)
+        v = np.minimum(np.maximum(want_v, v - np.where(v > 0, slower, faster)), v + np.where(v < 0, slower, faster))
         omega = np.minimum(np.maximum(want_omega, omega - dw), omega + dw)
         middle = heading + 0.5 * dt * omega
         x, y, heading = x + dt * v * np.cos(middle), y + dt * v * np.sin(middle), heading + dt * omega
         if step == commanded:
-            command = np.stack([v, omega], axis=-1)
+            command = np.stack([v * sign, omega], axis=-1)
         if step % config.every == 0:
-            states[:, step // config.every] = x, y, heading, v, omega
+            states[:, step // config.every] = x, y, heading - facing, v * sign, omega
     return RollOuts(*np.ascontiguousarray(states.transpose(0, 2, 1)), command)
 
 
@@ -126,12 +135,16 @@ def roll_out_one(pose, twist, target, control_period: float, config: ControlLawC
     """
     tx, ty, th, v_max = (float(value) for value in target)
     x, y, heading, v, omega = (float(value) for value in (*pose, *twist))
+    facing, sign = (pi, -1.0) if v_max < 0 else (0.0, 1.0)
+    th, heading, v, v_max = th + facing, heading + facing, v * sign, abs(v_max)
     k1, k2, beta, v_low = config.k1, config.k2, config.beta, min(config.v_min, v_max)
     r_align, r_slow, turn_first, two_a = config.r_align, config.r_slow, config.turn_first, 2.0 * config.acceleration
     gain, rate, omega_max = config.turn_gain, config.turn_rate, config.omega_max
-    dt, dv, dw = config.dt, config.acceleration * config.dt, config.angular_acceleration * config.dt
+    dt, dw = config.dt, config.angular_acceleration * config.dt
+    slower = config.brake * dt
+    faster = slower if sign < 0 else config.acceleration * dt
     commanded = max(1, round(control_period / dt))
-    states, command = [(x, y, heading, v, omega)], None
+    states, command = [(x, y, heading - facing, v * sign, omega)], None
     for step in range(1, config.steps + 1):
         dx, dy = tx - x, ty - y
         r = max(hypot(dx, dy), 1e-6)
@@ -151,12 +164,13 @@ def roll_out_one(pose, twist, target, control_period: float, config: ControlLawC
             want_omega = kappa * want_v
             if want_omega > omega_max or want_omega < -omega_max:
                 want_v, want_omega = omega_max / abs(kappa), omega_max if kappa > 0 else -omega_max
-        v = v + dv if want_v > v + dv else v - dv if want_v < v - dv else want_v
+        up, down = (slower if v < 0 else faster), (slower if v > 0 else faster)
+        v = v + up if want_v > v + up else v - down if want_v < v - down else want_v
         omega = omega + dw if want_omega > omega + dw else omega - dw if want_omega < omega - dw else want_omega
         middle = heading + 0.5 * dt * omega
         x, y, heading = x + dt * v * cos(middle), y + dt * v * sin(middle), heading + dt * omega
         if step == commanded:
-            command = (v, omega)
+            command = (v * sign, omega)
         if step % config.every == 0:
-            states.append((x, y, heading, v, omega))
+            states.append((x, y, heading - facing, v * sign, omega))
     return RollOuts(*np.array(states).T[:, None, :], np.array([command]))

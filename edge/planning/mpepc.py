@@ -1,5 +1,6 @@
 """Model predictive equilibrium point control (Park, Johnson, Kuipers 2012), the local planner of [V] Sec. III-D."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import ceil
 
@@ -9,6 +10,7 @@ import numpy as np
 from edge.camera import CameraModel
 from edge.mapping.grid import GridFrame
 from edge.observation import STOP, Twist
+from edge.perception.movers import Mover
 from edge.planning.centring import CentringConfig, ImageTarget, centred, centring_cost, predict
 from edge.planning.control_law import ControlLawConfig, RollOuts, egocentric, roll_out, roll_out_one, target_pose
 from edge.planning.path_progress import PathProgress, ProgressConfig, distance_to_go
@@ -17,6 +19,8 @@ from edge.pose import wrap
 
 # Targets of the global start that do not depend on the path: r [m], θ, δ [rad], share of v_max.
 _FAN = [(r, 0.0, delta, share) for r, share in ((1.2, 1.0), (0.6, 0.5)) for delta in (-1.2, -0.6, 0.0, 0.6, 1.2)]
+# Ways back, for who stands in another's way: r [m], θ, δ [rad].
+_BACK = [(r, 0.0, np.pi + aside) for r in (0.4, 1.0) for aside in (-0.6, 0.0, 0.6)]
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,7 @@ class MpepcConfig:
     tolerance: float = 0.08  # m; here it settles too once it can only come nearer by turning round
     heading_tolerance: float = np.radians(2.0)  # rad; [V] is served by 5°, the rest is for the localization
     lost: float = 0.20  # m, pushed or corrected this far from the end, it drives there again
+    retreat: float = 0.4  # m/s backwards, out of the way of who comes; the map knows what the camera does not see
     clear_time: float = 1.0  # s that the chosen trajectory must be likely to survive, else the robot slows down
     stall_speed: float = 0.03  # m/s and a tenth of it in rad/s: slower is standing still
     back_off: float = 0.8  # s of slow reverse after the bumper was hit
@@ -65,13 +70,15 @@ class Mpepc:
         goal_heading: float | None = None,
         target: ImageTarget | None = None,
         bumper: bool = False,
+        movers: Sequence[Mover] = (),
     ) -> Twist:
         """The next command.
 
         ``pose (3,)`` and ``path (K, 2)`` [m] are in the map frame, ``twist (2,)`` is measured, ``clearance (R, C)`` [m]
         is each cell's distance to the nearest obstacle. At the end of the path the robot turns to ``goal_heading``, if
         given. With a ``target`` the object is kept in the middle of the picture and approached to ``centring.depth``;
-        then ``path`` may be None. ``bumper`` tells that the robot touches something: it backs off.
+        then ``path`` may be None. ``bumper`` tells that the robot touches something: it backs off. ``movers`` are what
+        the map does not show; they are expected to go on as they move now.
         """
         if path is None and target is None:
             raise ValueError("Mpepc.step needs a path or a target to drive to; it got neither.")
@@ -87,7 +94,7 @@ class Mpepc:
             self._settle(pose, goal)
             if self._settled:
                 return self._align(pose, state, goal[2])
-        command = self._optimise(pose, state, path, clearance, frame, goal_heading, target)
+        command = self._optimise(pose, state, path, clearance, frame, goal_heading, target, movers)
         standing = abs(command.v) < self.config.stall_speed and abs(command.omega) < 10 * self.config.stall_speed
         self.stalled = self.stalled + self.config.period if standing else 0.0
         self.arrived = target is not None and standing and self._served(target)
@@ -151,47 +158,54 @@ class Mpepc:
         near = target.depth <= self.config.centring.depth + self.config.centring.depth_tolerance
         return centred(target, self.camera, self.config.centring) and (near or self.stalled >= 1.0)
 
-    def _optimise(self, pose, state, path, clearance, frame, goal_heading, target) -> Twist:
+    def _optimise(self, pose, state, path, clearance, frame, goal_heading, target, movers) -> Twist:
         config = self.config
         reach = config.law.v_max * config.law.dt * config.law.steps + 0.5
         progress = None if path is None else PathProgress(path, pose, reach)
         segment = config.law.dt * config.law.every
+        retreat = config.retreat if movers else 0.0
 
         def costs(out: RollOuts):
-            alive = survival(out, clearance, frame, config.cost)
+            alive = survival(out, clearance, frame, config.cost, movers, segment)
             gain = 0.0
             if progress is not None:
                 gain = np.diff(distance_to_go(out, progress, goal_heading, config.progress), axis=1)
             if target is not None:
                 e, depth = predict(target, out.v, out.omega, segment, self.camera)
                 gain = gain + centring_cost(e, depth, self.camera, config.centring)
-            return expected_cost(out, alive, gain, segment, config.cost), alive
+            return expected_cost(out, alive, gain, segment, config.cost)
 
-        targets = self._candidates(pose, progress, goal_heading, target)
+        targets = self._candidates(pose, progress, goal_heading, target, retreat)
         out = roll_out(pose, state, targets, config.period, config.law)
-        cost, alive = costs(out)
+        cost = costs(out)
         first = int(np.argmin(cost))
-        best = [cost[first], targets[first], out.pick(first), alive[first]]
+        best = [cost[first], targets[first], out.pick(first)]
 
         def objective(z, _gradient):
             candidate = np.array([*target_pose(pose, *z[:3]), z[3]])
             one = roll_out_one(pose, state, candidate, config.period, config.law)
-            value, lives = costs(one)
-            if value[0] < best[0]:
-                best[:] = value[0], candidate, one, lives[0]
-            return float(value[0])
+            value = float(costs(one)[0])
+            if value < best[0]:
+                best[:] = value, candidate, one
+            return value
 
-        self._refine(objective, np.array([*egocentric(pose, targets[first, :3], config.law), targets[first, 3]]))
-        _, self._optimum, self.trajectory, alive = best
+        start = np.array([*egocentric(pose, targets[first, :3], config.law), targets[first, 3]])
+        self._refine(objective, start, retreat)
+        _, self._optimum, self.trajectory = best
         v, omega = (float(value) for value in self.trajectory.command[0])
-        if alive[round(config.clear_time / segment) - 1] < 0.5:  # even the best collides: brake along its arc
+        # Even the best drives into something: brake along its arc. Before what moves, to stand is one way of many.
+        alive = survival(self.trajectory, clearance, frame, config.cost)[0]
+        if alive[round(config.clear_time / segment) - 1] < 0.5:
             slower = self._limited(state, 0.0, omega).v
             omega = omega * slower / v if v > 1e-3 else 0.0
             v, self._optimum = slower, None
         return Twist(v, omega)
 
-    def _candidates(self, pose, progress: PathProgress | None, goal_heading, target: ImageTarget | None) -> np.ndarray:
-        """Targets ``(N, 4)`` of the global start: stand, turn, points on the way, a fixed fan, the previous optimum."""
+    def _candidates(self, pose, progress: PathProgress | None, goal_heading, target, retreat: float) -> np.ndarray:
+        """Targets ``(N, 4)`` of the global start: stand, turn, points on the way, a fixed fan, the previous optimum.
+
+        And ways back, if there is a speed of ``retreat`` [m/s].
+        """
         v_max = self.config.law.v_max
         rows = [[*pose, 0.0]]
         if progress is not None:
@@ -209,13 +223,15 @@ class Mpepc:
                     rows.append([*target_pose(pose, share * gap, 0.0, -bearing), speed])
         for r, theta, delta, share in _FAN:
             rows.append([*target_pose(pose, r, theta, delta), share * v_max])
-        if self._optimum is not None:
+        if retreat:
+            rows += [[*target_pose(pose, *behind), -retreat] for behind in _BACK]
+        if self._optimum is not None and self._optimum[3] >= -retreat:
             rows.append(self._optimum)
         return np.array(rows, float)
 
-    def _refine(self, objective, z: np.ndarray) -> None:
+    def _refine(self, objective, z: np.ndarray, retreat: float) -> None:
         """Local search from ``z`` = (r, θ, δ, v_max). The objective keeps the best of all that is evaluated."""
-        low, high = np.array([0.0, -np.pi, -np.pi, 0.0]), np.array([4.0, np.pi, np.pi, self.config.law.v_max])
+        low, high = np.array([0.0, -np.pi, -np.pi, -retreat]), np.array([4.0, np.pi, np.pi, self.config.law.v_max])
         search = nlopt.opt(nlopt.LN_COBYLA, 4)
         search.set_lower_bounds(low)
         search.set_upper_bounds(high)

@@ -1,11 +1,14 @@
 """Expected cost of trajectories: survival, action and collision ([V] Sec. III-D; Park, Johnson, Kuipers 2012)."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from edge.mapping.grid import GridFrame
+from edge.perception.movers import Mover
 from edge.planning.control_law import RollOuts
+from edge.planning.encounter import EncounterConfig, encounter
 
 
 @dataclass(frozen=True)
@@ -23,6 +26,7 @@ class CostConfig:
     angular_acceleration_weight: float = 0.003  # (Vulcan 0.2)
     collision: float = 0.5  # per segment not survived, and as much again per unit of |v| + |ω| (Vulcan)
     discount: float = 0.97  # per segment (Vulcan)
+    encounter: EncounterConfig = field(default_factory=EncounterConfig)
 
 
 def look_up(clearance: np.ndarray, frame: GridFrame, x, y) -> np.ndarray:
@@ -40,20 +44,30 @@ def look_up(clearance: np.ndarray, frame: GridFrame, x, y) -> np.ndarray:
     return (low * (1 - fr) + high * fr) * inside
 
 
-def survival(out: RollOuts, clearance: np.ndarray, frame: GridFrame, config: CostConfig) -> np.ndarray:
-    """Probability ``(N, S)`` that the robot is unharmed at the end of each segment.
+def survival(
+    out: RollOuts,
+    clearance: np.ndarray,
+    frame: GridFrame,
+    config: CostConfig,
+    movers: Sequence[Mover] = (),
+    segment: float = 0.2,
+) -> np.ndarray:
+    """Probability ``(N, S)`` that the robot is unharmed at the end of each segment of ``segment`` seconds.
 
     p_s = Π(1 − exp(−(d/σ)²)) with d the distance beyond a margin that grows with speed, as σ does. A robot that stands
     nearer to an obstacle than its margin would find every way out deadly; so the margin is never more than the best
-    clearance that the trajectory has had so far: it may leave, but not come nearer again.
+    clearance that the trajectory has had so far: it may leave, but not come nearer again. ``movers`` are met where they
+    will be by then (see ``encounter``).
     """
     here = look_up(clearance, frame, out.x, out.y)
     speed = np.abs(out.v)
     sigma = config.sigma + (config.sigma_fast - config.sigma) * np.minimum(speed / 0.6, 1.0)
     margin = config.radius + config.margin + config.margin_per_speed * speed
     d = here - np.minimum(margin, np.maximum.accumulate(here, axis=1) - 2.5 * sigma)
-    harm = np.exp(-((np.maximum(d, 0.0) / sigma) ** 2))
-    return np.cumprod(1.0 - harm[:, 1:], axis=1)
+    unharmed = 1.0 - np.exp(-((np.maximum(d, 0.0) / sigma) ** 2))
+    for mover in movers:
+        unharmed *= 1.0 - encounter(out, mover, config.radius, segment, config.encounter)
+    return np.cumprod(unharmed[:, 1:], axis=1)
 
 
 def expected_cost(out: RollOuts, alive: np.ndarray, gain: np.ndarray, segment: float, config: CostConfig) -> np.ndarray:

@@ -2,10 +2,12 @@
 
 import numpy as np
 
+from edge.camera import CameraModel
 from edge.memory.store import Vlpg
 from edge.observation import LaserScan, Observation, RgbdFrame
 from edge.perception.encoder import View
 from edge.robot import Robot
+from firmware_sim.pedestrian import Figure
 
 
 class Counting:
@@ -26,7 +28,8 @@ def make_robot():
     return Robot(encoder, Vlpg.open(":memory:", encoder.name, encoder.digest, encoder.dim)), encoder
 
 
-def observation(stamp, x=0.0, bumper=False):
+def observation(stamp, x=0.0, bumper=False, person=None):
+    """From a room, with a ``person`` (x, y) in it whom lidar and camera see."""
     odom = np.array([x, 0.0, 0.0])
     # A room 6 m long and 4 m wide around the odometry's origin.
     angles = -np.pi + np.arange(360) * 2 * np.pi / 360
@@ -35,8 +38,16 @@ def observation(stamp, x=0.0, bumper=False):
         to_x = np.where(cos > 0, (3 - x) / cos, (-3 - x) / cos)
         to_y = np.where(sin > 0, 2 / sin, -2 / sin)
     ranges = np.minimum(np.abs(to_x), np.abs(to_y)).astype(np.float32)
+    depth = np.full((240, 320), np.nan, np.float32)
+    if person is not None:
+        figure = Figure(*person, 0.25, 1.7)
+        ranges = np.minimum(ranges, figure.distances(x, 0.0, np.stack([cos, sin], axis=1))).astype(np.float32)
+        depth[:] = 9.0
+        camera = CameraModel()
+        figure.draw((x + camera.ahead, 0.0, 0.0), camera, np.zeros((240, 320, 3)), depth, np.zeros((240, 320)))
+        depth[depth > camera.max_depth] = np.nan
     scan = LaserScan(stamp, ranges, -np.pi, 2 * np.pi / 360, 8.0, odom)
-    frame = RgbdFrame(stamp, np.zeros((240, 320, 3), np.uint8), np.full((240, 320), np.nan, np.float32), odom)
+    frame = RgbdFrame(stamp, np.zeros((240, 320, 3), np.uint8), depth, odom)
     return Observation(stamp, odom, np.zeros(2), scan, frame, bumper)
 
 
@@ -66,6 +77,30 @@ def test_the_bumper_blocks_the_ground_in_front():
     assert not robot.grid.occupied[ahead]
     robot.perceive(observation(0.2, bumper=True))
     assert robot.grid.occupied[robot.grid.frame.to_cell([robot.config.radius + 0.02, 0.0])]
+
+
+def test_who_walks_by_leaves_no_marks_in_the_map_and_no_view_in_the_memory():
+    (alone, pictures), (met, fewer) = make_robot(), make_robot()
+    for step in range(60):
+        x = 0.02 * max(0, step - 20)
+        walker = (2.0, -0.8 + 0.04 * (step - 20)) if step >= 20 else None
+        alone.perceive(observation(0.1 * step, x))
+        met.perceive(observation(0.1 * step, x, person=walker))
+        cells = met.grid.frame.to_world(*np.nonzero(met.grid.occupied))
+        at_a_wall = (np.abs(cells[:, 0]) > 2.9) | (np.abs(cells[:, 1]) > 1.9)
+        assert at_a_wall.all()
+    assert met.movers.anybody and not alone.movers.followed
+    assert fewer.pictures < pictures.pictures
+    np.testing.assert_allclose(met.pose, (0.78, 0.0, 0.0), atol=0.04)
+
+
+def test_a_bump_with_a_person_does_not_block_the_ground():
+    robot, _ = make_robot()
+    for step in range(10):
+        robot.perceive(observation(0.1 * step))
+    for step in range(10, 20):
+        robot.perceive(observation(0.1 * step, person=(0.46, 0.05 * (step - 15)), bumper=step > 15))
+    assert not robot.grid.occupied[robot.grid.frame.to_cell([robot.config.radius + 0.02, 0.0])]
 
 
 def test_a_node_keeps_its_picture():

@@ -92,6 +92,18 @@ def test_lidar_below_a_table_does_not_erase_its_top_nor_the_camera_its_leg(depth
     assert at(grid, grid.free, 2.03, 0.01)  # the table is gone, and that the camera may say
 
 
+def test_what_is_left_out_makes_no_hits_and_hides_what_is_behind(depth_of):
+    grid, post = OccupancyGrid(), (2.0, -0.2, 0.0, 2.4, 0.2, 1.5)
+    depth = depth_of(np.zeros(3), [post], CAMERA)
+    for _ in range(10):
+        grid.integrate_depth(np.zeros(3), depth, CAMERA, np.array([[2.2, 0.0, 0.4]]))
+    assert not grid.occupied.any() and at(grid, grid.free, 1.7, 0.0) and not at(grid, grid.free, 2.6, 0.0)
+    grid.integrate_depth(np.zeros(3), depth, CAMERA, np.array([[2.2, 1.0, 0.4]]))
+    for _ in range(3):
+        grid.integrate_depth(np.zeros(3), depth, CAMERA)
+    assert at(grid, grid.occupied, 2.02, 0.0)
+
+
 def test_a_stool_in_the_blind_zone_stays(depth_of):
     grid = OccupancyGrid()
     stool = (2.0, -0.2, 0.0, 2.4, 0.2, 0.35)

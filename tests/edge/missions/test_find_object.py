@@ -72,12 +72,12 @@ def test_of_several_claims_the_surest_is_gone_back_to(mapped, monkeypatch):
     stated = []
 
     def less_each_time(seen, remembered):
-        stated.append(0.6 - 0.1 * len(stated))
+        stated.append(0.45 - 0.05 * len(stated))
         return stated[-1]
 
     monkeypatch.setattr(mapped.robot.encoder, "confidence", less_each_time)
     outcome = ask(mapped, "couch")
-    assert len(stated) > 1 and outcome.status == "found" and outcome.confidence == 0.6
+    assert len(stated) > 1 and outcome.status == "found" and outcome.confidence == 0.45
     assert judge(mapped.world, "couch").in_view
 
 

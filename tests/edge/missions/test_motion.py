@@ -4,7 +4,9 @@ import pytest
 from edge.missions.mission import Mission
 from edge.missions.motion import drive, length
 from edge.pose import wrap
+from firmware_sim.pedestrian import Pedestrian
 from tests.edge.missions.conftest import make_robot, make_world
+from tools.bench.survey import Sightless, robot_in, survey
 from tools.eval.tour import run
 
 
@@ -31,3 +33,30 @@ def test_a_way_that_leads_away_from_the_final_heading_is_driven_to_its_end(headi
     assert mission.outcome is True
     np.testing.assert_allclose(robot.pose[:2], [-0.7, -0.2], atol=0.12)
     assert abs(wrap(robot.pose[2] - heading)) < 0.1
+
+
+@pytest.fixture(scope="module")
+def known():
+    """The map of the two rooms."""
+    return survey(make_world().house).to_bytes()
+
+
+@pytest.mark.parametrize("late", [0.0, 0.8])
+def test_it_gives_way_to_a_person_who_crosses(known, late):
+    world = make_world(1)
+    robot = robot_in(world, known, Sightless())
+    # On its way through the hall to the doorway; the person comes from the middle of the hall's south.
+    world.admit(Pedestrian(np.array([[2.9, 3.0], [2.6, 0.6]]), 0.8, departure=late))
+    mission = Drive(robot, np.array([5.0, 2.0]), None)
+    run(world, mission)
+    assert mission.outcome is True and world.contacts == 0
+
+
+def test_it_waits_as_long_as_somebody_walks_about_in_its_way(known):
+    """To and fro before the doorway, for longer than its patience with a way that gets no shorter."""
+    world = make_world(1)
+    robot = robot_in(world, known, Sightless())
+    world.admit(Pedestrian(np.array([[3.4, 2.4], [3.4, 1.6]] * 5 + [[3.4, 3.3]]), 0.5))
+    mission = Drive(robot, np.array([5.5, 2.0]), None)
+    run(world, mission)
+    assert mission.outcome is True and world.contacts == 0 and robot.stamp > 8

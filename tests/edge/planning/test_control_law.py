@@ -86,7 +86,7 @@ def fine(start, twist, target, law):
         if step % 50 == 0:  # the law is sampled every 50 ms, as in the roll-out
             r, theta, delta = egocentric((x, y, heading), target[:3], law)
             want_v, want_omega = velocities(max(r, 1e-6), theta, delta, target[3], law)
-            v = min(max(want_v, v - 0.05 * law.acceleration), v + 0.05 * law.acceleration)
+            v = min(max(want_v, v - 0.05 * law.brake), v + 0.05 * law.acceleration)
             change = 0.05 * law.angular_acceleration
             omega = min(max(want_omega, omega - change), omega + change)
         x, y, heading = x + 1e-3 * v * cos(heading), y + 1e-3 * v * sin(heading), heading + 1e-3 * omega
@@ -106,7 +106,7 @@ def test_roll_out_agrees_with_a_fine_integration(target):
 
 
 @settings(max_examples=30, deadline=None, derandomize=True)
-@given(st.lists(st.tuples(pose, st.floats(0, 0.6)), min_size=1, max_size=5), pose, st.floats(-0.1, 0.6), angle)
+@given(st.lists(st.tuples(pose, st.floats(-0.4, 0.6)), min_size=1, max_size=5), pose, st.floats(-0.1, 0.6), angle)
 def test_single_roll_out_equals_its_row_of_the_batch(targets, robot, v, omega):
     omega = omega / 3
     targets = np.array([[*target, v_max] for target, v_max in targets])
@@ -117,6 +117,17 @@ def test_single_roll_out_equals_its_row_of_the_batch(targets, robot, v, omega):
         for name in ("x", "y", "heading", "v", "omega"):
             np.testing.assert_allclose(getattr(one, name)[0, :6], getattr(batch, name)[i, :6], atol=1e-6)
         np.testing.assert_allclose(one.command[0], batch.command[i], atol=1e-9)
+
+
+def test_backwards_is_forwards_for_who_looks_the_other_way():
+    hasty = replace(LAW, acceleration=LAW.brake)  # it retreats as hard as it brakes
+    target, behind = np.array([[-1.0, 0.4, 0.3, -0.4]]), np.array([[-1.0, 0.4, 0.3 + pi, 0.4]])
+    back = roll_out((0.1, 0.2, 0.5), (0.3, 0.1), target, 0.1, LAW)
+    ahead = roll_out((0.1, 0.2, 0.5 + pi), (-0.3, 0.1), behind, 0.1, hasty)
+    for name, shift, sign in (("x", 0, 1), ("y", 0, 1), ("heading", pi, 1), ("v", 0, -1), ("omega", 0, 1)):
+        np.testing.assert_allclose(sign * getattr(back, name) + shift, getattr(ahead, name), atol=1e-9)
+    assert back.command[0] == pytest.approx([0.3 - 0.1 * LAW.brake, ahead.command[0, 1]])
+    assert back.x[0, -1] == pytest.approx(-1.0, abs=0.1)
 
 
 def test_roll_outs_end_at_the_target_pose():
