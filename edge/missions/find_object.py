@@ -89,18 +89,18 @@ class FindObject(Mission):
         self.hypotheses = self.recall()
         if not self.search_unknown and not self.remembered():
             return self.ended("not in memory")
-        best = latest = None
+        best = here = None
         for hypothesis in self.hypotheses[: self.config.hypotheses]:
             sighting = yield from self.inspect(hypothesis)
             centred = sighting and (yield from self.approach(sighting))
-            if centred is not None:
-                latest = self.claim(centred, hypothesis)
-                best = max(best or latest, latest, key=lambda claim: claim.confidence)
+            here = centred and self.claim(centred, hypothesis)
+            if here and (best is None or here.confidence > best.confidence):
+                best = here
             if best and (best.confidence >= self.config.sure or self.elapsed > self.config.enough):
                 break
         if best is None or best.confidence < self.config.claimed and not self.search_unknown:
             return self.ended("not found", best)
-        if best is not latest:
+        if best is not here:
             best = yield from self.go_back(best)
         return self.ended("found", best)
 
@@ -124,7 +124,7 @@ class FindObject(Mission):
         return None
 
     def go_back(self, claim: Claim) -> Story:
-        """To the best claim, which others were looked at after; the ``Claim``, renewed if the object is seen again."""
+        """To the best claim, as other places were looked at since; the ``Claim``, renewed if it is seen again."""
         centred = yield from self.approach(claim.sighting)
         return claim if centred is None else replace(claim, sighting=centred)
 

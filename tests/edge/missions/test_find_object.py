@@ -7,6 +7,7 @@ import pytest
 
 from edge.missions.find_object import FindObject, FindObjectConfig
 from edge.missions.map_home import MapHome
+from edge.missions.motion import turn
 from edge.perception.prompts import Target
 from tests.edge.missions.conftest import make_robot, make_world
 from tools.eval.judge import judge
@@ -79,6 +80,22 @@ def test_of_several_claims_the_surest_is_gone_back_to(mapped, monkeypatch):
     outcome = ask(mapped, "couch")
     assert len(stated) > 1 and outcome.status == "found" and outcome.confidence == 0.45
     assert judge(mapped.world, "couch").in_view
+
+
+def test_a_claim_is_gone_back_to_after_places_that_showed_nothing(mapped, monkeypatch):
+    inspect, inspected = FindObject.inspect, []
+
+    def turn_away_later(mission, hypothesis):
+        inspected.append(hypothesis)
+        sighting = yield from inspect(mission, hypothesis)
+        if len(inspected) == 1:
+            return sighting
+        yield from turn(mission.robot, np.pi)
+
+    monkeypatch.setattr(mapped.robot.encoder, "confidence", lambda seen, remembered: 0.4)
+    monkeypatch.setattr(FindObject, "inspect", turn_away_later)
+    assert ask(mapped, "teddy bear").status == "found" and len(inspected) > 1
+    assert judge(mapped.world, "teddy bear").in_view
 
 
 def test_a_sure_claim_ends_the_search(mapped, monkeypatch):
