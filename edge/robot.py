@@ -58,7 +58,7 @@ class Robot:
         scan = observation.scan
         if scan is not None:
             self.movers.update(self.in_map(scan.odom), scan, self.grid)
-            scan = self.movers.without_passing(scan)
+            scan = self.movers.without_walkers(scan)
         pose = self.localizer.update(observation.odom, scan, self.grid)
         self.distance += float(np.hypot(*(pose[:2] - self.pose[:2])))
         self.stamp, self.pose = observation.stamp, pose

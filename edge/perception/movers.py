@@ -67,7 +67,7 @@ class MoverTracker:
 
     @property
     def discs(self) -> np.ndarray:
-        """What must not become part of the map: discs ``(M, 3)``, x, y and radius [m], around the bodies that pass."""
+        """What the camera must not map: discs ``(M, 3)``, x, y and radius [m], around bodies that move or are new."""
         passing = filter(self._passes, self._tracks)
         around = [[*track.filter.position, self._radius(track) + self.config.around] for track in passing]
         return np.array(around, float).reshape(-1, 3)
@@ -96,9 +96,13 @@ class MoverTracker:
             self._assign(beams, _middle(points, pose[:2], self.config.edge))
         self._tracks = [track for track in self._tracks if not self._gone(track)]
 
-    def without_passing(self, scan: LaserScan) -> LaserScan:
-        """The newest scan, as if the beams that ended on bodies that pass had told nothing."""
-        beams = [track.beams for track in self._tracks if self._passes(track)]
+    def without_walkers(self, scan: LaserScan) -> LaserScan:
+        """The newest scan, as if the beams that ended on bodies that walk had told nothing.
+
+        What is new and stands is left in it: in an unknown home that is furniture, which the localization needs. Who
+        then walks off leaves lidar marks that the next turns clear, unlike the camera's (see ``discs``).
+        """
+        beams = [track.beams for track in self._tracks if self._walks(track)]
         if not any(map(len, beams)):
             return scan
         ranges = np.array(scan.ranges)

@@ -131,17 +131,17 @@ def test_two_parts_of_a_person_become_one_when_what_was_between_is_seen(grid):
         assert len(tracker.followed) == (1 if k > 5 else 2)
 
 
-def test_only_the_beams_on_who_passes_are_left_out(grid):
+def test_only_the_beams_on_who_walks_are_left_out(grid):
     tracker = watch(grid, walk((2.0, -0.6), (0, 0.8), 8))
     newest = scan(np.zeros(3), person(2.0, -0.6 + 0.8 * 0.8), stamp=0.8)
     tracker.update(np.zeros(3), newest, grid)
-    cleaned = tracker.without_passing(newest)
+    cleaned = tracker.without_walkers(newest)
     dropped, empty = np.isnan(cleaned.ranges), scan(np.zeros(3)).ranges
     assert (dropped == (newest.ranges < empty - 0.05)).all() and dropped.sum() > 10
     assert not np.isnan(newest.ranges).any()
     nobody = scan(np.zeros(3), stamp=0.9)
     tracker.update(np.zeros(3), nobody, grid)
-    assert tracker.without_passing(nobody) is nobody
+    assert tracker.without_walkers(nobody) is nobody
 
 
 def test_touch_and_hide_know_where_the_person_is(grid):
