@@ -82,8 +82,10 @@ def told(reply: FindReply) -> list[str]:
     """The answer, a line each."""
     spent = f"{reply.duration:.1f} s and {reply.distance:.1f} m"
     if reply.status == "found":
-        x, y = reply.position
         sure = f", {100 * reply.confidence:.0f} % sure" if reply.confidence is not None else ""
+        if reply.position is None:
+            return [f"a guess: {reply.object} may be in view of the robot now{sure}, after {spent}"]
+        x, y = reply.position
         return [f"found {reply.object} at ({x:.2f}, {y:.2f}) m in the robot's map{sure}, after {spent}"]
     if reply.status != "not in memory":
         lines = [f"{reply.status}: {reply.object}, after {spent}"]

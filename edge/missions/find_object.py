@@ -70,8 +70,8 @@ class FindObject(Mission):
     """
 
     def __init__(self, robot, target: Target, search_unknown: bool = False, seed: int = 0, config=None):
-        """``search_unknown`` goes to the best guesses even if the object does not seem to be in memory, and claims the
-        best of what it sees there, however improbable.
+        """``search_unknown`` goes to the best guesses even if the object does not seem to be in memory, and answers
+        with the best of them, however improbable.
         """
         self.config = config or FindObjectConfig()
         self.target = target
@@ -96,8 +96,10 @@ class FindObject(Mission):
             here = centred and self.claim(centred, hypothesis)
             if here and (best is None or here.confidence > best.confidence):
                 best = here
-            if best and (best.confidence >= self.config.sure or self.elapsed > self.config.enough):
+            if best and best.confidence >= self.config.sure or self.elapsed > self.config.enough:
                 break
+        if best is None and self.search_unknown and self.hypotheses:
+            return (yield from self.guess())
         if best is None or best.confidence < self.config.claimed and not self.search_unknown:
             return self.ended("not found", best)
         if best is not here:
@@ -122,6 +124,12 @@ class FindObject(Mission):
                 if centred is not None:
                     return centred
         return None
+
+    def guess(self) -> Story:
+        """Nothing was recognized from anywhere: what resembled the object most is the view in memory."""
+        first = self.hypotheses[0]
+        yield from drive(self.robot, first.pose[:2], heading=first.pose[2])
+        return self.ended("found")
 
     def go_back(self, claim: Claim) -> Story:
         """To the best claim, as other places were looked at since; the ``Claim``, renewed if it is seen again."""

@@ -98,6 +98,17 @@ def test_a_claim_is_gone_back_to_after_places_that_showed_nothing(mapped, monkey
     assert judge(mapped.world, "teddy bear").in_view
 
 
+def test_a_best_guess_is_the_view_in_memory_where_nothing_is_recognized(mapped, monkeypatch):
+    def see_nothing(mission, hypothesis):
+        yield from turn(mission.robot, np.pi)
+
+    monkeypatch.setattr(FindObject, "inspect", see_nothing)
+    assert ask(mapped, "teddy bear").status == "not found"
+    outcome = ask(mapped, "teddy bear", search_unknown=True)
+    assert outcome.status == "found" and outcome.claim is None
+    assert judge(mapped.world, "teddy bear").in_view
+
+
 def test_a_sure_claim_ends_the_search(mapped, monkeypatch):
     stated = []
     monkeypatch.setattr(mapped.robot.encoder, "confidence", lambda *scores: stated.append(scores) or 0.95)
