@@ -1,7 +1,7 @@
 """Model predictive equilibrium point control (Park, Johnson, Kuipers 2012), the local planner of [V] Sec. III-D."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import ceil
 
 import nlopt
@@ -54,6 +54,8 @@ class Mpepc:
         self.arrived = False  # whether the last step found the goal reached, or the object centred at its depth
         self.stalled = 0.0  # s that the robot has stood still without having arrived
         self.trajectory: RollOuts | None = None  # the chosen roll-out of the last step, for pictures
+        # Hard braking slips and shakes: odometry suffers, and so does the map. It is for who runs into the way.
+        self._calm = replace(self.config.law, brake=self.config.law.acceleration)
         self._last = STOP
         self._optimum: np.ndarray | None = None  # (4,) target of the previous step: x, y, heading, v_max
         self._end: np.ndarray | None = None  # the goal of the previous step: x, y, heading or NaN
@@ -164,6 +166,7 @@ class Mpepc:
         progress = None if path is None else PathProgress(path, pose, reach)
         segment = config.law.dt * config.law.every
         retreat = config.retreat if movers else 0.0
+        law = config.law if movers else self._calm
 
         def costs(out: RollOuts):
             alive = survival(out, clearance, frame, config.cost, movers, segment)
@@ -176,14 +179,14 @@ class Mpepc:
             return expected_cost(out, alive, gain, segment, config.cost)
 
         targets = self._candidates(pose, progress, goal_heading, target, retreat)
-        out = roll_out(pose, state, targets, config.period, config.law)
+        out = roll_out(pose, state, targets, config.period, law)
         cost = costs(out)
         first = int(np.argmin(cost))
         best = [cost[first], targets[first], out.pick(first)]
 
         def objective(z, _gradient):
             candidate = np.array([*target_pose(pose, *z[:3]), z[3]])
-            one = roll_out_one(pose, state, candidate, config.period, config.law)
+            one = roll_out_one(pose, state, candidate, config.period, law)
             value = float(costs(one)[0])
             if value < best[0]:
                 best[:] = value, candidate, one
