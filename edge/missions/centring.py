@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from edge.missions.mission import Story
-from edge.missions.motion import route
+from edge.missions.motion import route, steer
 from edge.missions.sighting import Sighting, sight
 from edge.observation import STOP
 from edge.perception.close_look import window_at
@@ -51,17 +51,7 @@ def centre(
         middle = tracker.update(robot.stamp, seen and seen.detection.centre) or middle
         if robot.stamp - planned >= config.replan_every:
             path, planned = route(robot, last.position, near=config.standoff), robot.stamp
-        target = ImageTarget(middle[0], last.depth)
-        yield controller.step(
-            robot.pose,
-            robot.twist,
-            path,
-            robot.grid.clearance(),
-            robot.grid.frame,
-            target=target,
-            bumper=robot.bumper,
-            movers=robot.movers.followed,
-        )
+        yield steer(robot, controller, path, target=ImageTarget(middle[0], last.depth))
     yield STOP
     return last
 

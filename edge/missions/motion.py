@@ -58,6 +58,12 @@ def route(robot: Robot, goal, near: float = 0.4, config: MotionConfig = CONFIG) 
     return None
 
 
+def steer(robot: Robot, controller: Mpepc, path: np.ndarray | None, **goal) -> Twist:
+    """The next command of ``controller`` along ``path (K, 2)``, given all that the robot knows; see ``Mpepc.step``."""
+    around = {"bumper": robot.bumper, "movers": robot.movers.followed}
+    return controller.step(robot.pose, robot.twist, path, robot.grid.clearance(), robot.grid.frame, **around, **goal)
+
+
 def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig = CONFIG) -> Story:
     """Drive to ``goal (2,)`` [m] and, if given, turn to ``heading`` [rad]; True when there, False when it cannot be."""
     controller = Mpepc()
@@ -68,16 +74,7 @@ def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig
             path, planned = route(robot, goal, config=config), robot.stamp
             if path is None:
                 return False
-        twist = controller.step(
-            robot.pose,
-            robot.twist,
-            path,
-            robot.grid.clearance(),
-            robot.grid.frame,
-            goal_heading=heading,
-            bumper=robot.bumper,
-            movers=robot.movers.followed,
-        )
+        twist = steer(robot, controller, path, goal_heading=heading)
         if controller.arrived:
             yield STOP
             return True
