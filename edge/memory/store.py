@@ -128,7 +128,7 @@ class Vlpg:
             return None
         node = self._nodes.next
         replaced = self._nodes.ids[verdict.superseded].tolist()
-        nearest = self._nodes.nearest(view.pose, self.config.gate)
+        resumed = self._nodes.nearest(view.pose, self.config.gate) if self._last is None else None
         matrix, scales = quantize(view.vectors)
         self._begin()
         self._table.add(node, stamp, view, keyframe, scan, self._tour)
@@ -137,8 +137,8 @@ class Vlpg:
         self._vectors.append(node, matrix, scales, view.bearings)
         if self._last is not None:
             self.link(self._last, node, kind="odometry")
-        elif nearest is not None:
-            self._resume(nearest, node, view.covariance)
+        elif resumed is not None:
+            self._resume(resumed, node, view.covariance)
         self._last = node
         for old in replaced:
             self.supersede(old, by=node)
