@@ -9,6 +9,7 @@ from torch.fx import GraphModule
 from torch.fx.experimental.proxy_tensor import make_fx
 from torch.nn.attention import SDPBackend, sdpa_kernel
 
+from models.manifest import ModelError
 from tools.models.export import export_graph
 from tools.models.tower import Tower
 
@@ -55,7 +56,7 @@ def _convolution_backward(
 ):
     """The gradient with respect to a two-dimensional convolution's input, the only one that a frozen tower has."""
     if transposed or any(wanted[1:]):
-        raise NotImplementedError("Grad-CAM has no form for transposed or trainable convolutions.")
+        raise ModelError("the image tower has a transposed or trainable convolution after its last map; choose another")
     missing = [
         features.shape[i + 2]
         - ((gradient.shape[i + 2] - 1) * stride[i] - 2 * padding[i] + dilation[i] * (weight.shape[i + 2] - 1) + 1)

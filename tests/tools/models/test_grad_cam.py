@@ -12,6 +12,7 @@ pytest.importorskip("timm")
 from torch import nn  # noqa: E402
 from torch.nn import functional  # noqa: E402
 
+from models.manifest import ModelError  # noqa: E402
 from tools.models.export import export_graph  # noqa: E402
 from tools.models.grad_cam import export_saliency  # noqa: E402
 from tools.models.tower import Tower  # noqa: E402
@@ -136,3 +137,11 @@ def test_the_exported_graphs_give_autograds_grad_cam(tower, tmp_path):
         peaks.append(expected.max())
         np.testing.assert_allclose(found, expected, atol=1e-4 * max(peaks), rtol=0)
     assert max(peaks) > 0
+
+
+def test_a_tail_without_a_form_is_told_in_a_sentence(tmp_path):
+    tail = nn.Sequential(nn.ConvTranspose2d(4, 8, 3), nn.AdaptiveAvgPool2d(1), nn.Flatten())
+    visual = nn.Sequential(nn.Conv2d(3, 4, 3, 2), tail).eval().requires_grad_(False)
+    tower = Tower(visual, visual, tail, (16, 16))
+    with pytest.raises(ModelError, match="choose another"):
+        export_saliency(tower, tmp_path / "saliency.onnx")
