@@ -9,6 +9,7 @@ from edge.missions.find_object import FindObject, FindObjectConfig
 from edge.missions.map_home import MapHome
 from edge.missions.motion import turn
 from edge.perception.prompts import Target
+from edge.planning.viewpoint import field_of_view
 from tests.edge.missions.conftest import make_robot, make_world
 from tools.eval.judge import judge
 from tools.eval.tour import run
@@ -116,6 +117,28 @@ def test_a_sure_claim_ends_the_search(mapped, monkeypatch):
     monkeypatch.setattr(mapped.robot.encoder, "confidence", lambda *scores: stated.append(scores) or 0.95)
     assert ask(mapped, "teddy bear").status == "found"
     assert len(stated) == 1
+
+
+def test_a_search_nearby_knows_where_it_was_looked_in_vain(mapped):
+    first = []
+    for looked in (False, True):
+        mission = FindObject(mapped.robot, Target.of("couch", mapped.robot.encoder))
+        hypothesis = mission.recall()[0]
+        if looked:
+            mission._in_vain.append(hypothesis.pose)
+        next(mission.search_nearby(hypothesis))
+        first.append(mission.replans[0])
+    fresh, ruled_out = first
+    frame, occupied = fresh.frame, mapped.robot.grid.occupied
+    seen = field_of_view(occupied, mapped.robot.grid.frame, hypothesis.pose, mapped.robot.camera)
+    row, col = mapped.robot.grid.frame.to_cell(frame.to_world(*np.indices(frame.shape)))
+    inside = mapped.robot.grid.frame.contains(row, col)
+    in_view = np.zeros(frame.shape, bool)
+    in_view[inside] = seen[row[inside], col[inside]]
+    likely = in_view & (fresh.probability > 0.5)
+    assert likely.sum() > 100
+    assert ruled_out.probability[likely].mean() < 0.5 * fresh.probability[likely].mean()
+    assert ruled_out.probability[~in_view].mean() == pytest.approx(fresh.probability[~in_view].mean(), rel=0.05)
 
 
 def test_dead_sensors_are_survived_and_lose_no_map():

@@ -9,6 +9,7 @@ import pytest
 
 from edge.camera import CameraModel
 from edge.mapping.grid import GridFrame
+from edge.perception.movers import Mover
 from edge.planning.centring import ImageTarget
 from edge.planning.mpepc import Mpepc, MpepcConfig
 from edge.planning.theta_star import plan
@@ -146,6 +147,18 @@ def test_stops_before_a_wall_that_the_path_ignores():
     assert not result.arrived
     assert np.abs(result.commands[-20:, 0]).max() < 0.03
     assert result.controller.stalled > 1.0
+
+
+def test_brakes_gently_unless_somebody_comes():
+    clearance, here = clearance_of(empty_room()), np.array([1.0, 1.0, 0.0])
+    path = np.array([[0.5, 1.0], [1.05, 1.0]])  # it has all but passed its end
+    measured, believed = 0.65, 0.5  # a controller that has commanded nothing yet believes a speed short of 0.15 m/s
+    alone = Mpepc().step(here, [measured, 0.0], path, clearance, FRAME)
+    person = Mover(np.array([1.9, 1.0]), np.array([-1.2, 0.0]), 0.1, 0.25)
+    met = Mpepc().step(here, [measured, 0.0], path, clearance, FRAME, movers=[person])
+    step = CONFIG.period
+    assert believed - alone.v <= step * CONFIG.law.acceleration + 1e-9
+    assert step * CONFIG.law.acceleration + 0.01 < believed - met.v <= step * CONFIG.law.brake + 1e-9
 
 
 def test_brakes_along_its_arc_when_even_the_best_trajectory_collides():
