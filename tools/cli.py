@@ -139,7 +139,7 @@ def bench_encoder(context: typer.Context) -> None:
 @app.command()
 def find(
     words: Annotated[str, typer.Argument(metavar="OBJECT", help='what to find, such as "the teddy bear"')],
-    search: Annotated[bool, typer.Option("--search", help="look at the best guesses if it is not in memory")] = False,
+    search: Annotated[bool, typer.Option("--search", help="look at guesses too; answer with the best")] = False,
     picture: Annotated[Path | None, typer.Option(help="write the robot's last picture, with its box, there")] = None,
     name: Name = "robot1",
     connect: Connect = None,
@@ -214,7 +214,7 @@ def demo(
     objects: Annotated[
         list[str] | None, typer.Option("--object", help="what to find, in any words; may be repeated")
     ] = None,
-    search: Annotated[bool, typer.Option("--search", help="look at the best guesses if it is not in memory")] = False,
+    search: Annotated[bool, typer.Option("--search", help="look at guesses too; answer with the best")] = False,
     offload: Annotated[str, typer.Option(help="who encodes text: never (the robot), host, or auto")] = "never",
     seed: Annotated[int, typer.Option(help="seed of the sensors' noise")] = 0,
     speed: Annotated[float, typer.Option(min=0.1, help="simulated seconds a second, at most")] = 8.0,

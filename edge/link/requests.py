@@ -59,7 +59,7 @@ class Find(Body):
     """Find an object and drive to it. The reply comes when the search has ended, minutes later."""
 
     object: Text
-    search_unknown: bool = False  # go to the best guesses even when the object does not seem to be in memory
+    search_unknown: bool = False  # look at the best guesses too, and answer with the best one
 
 
 class Hypothesis(Body):

@@ -34,7 +34,7 @@ from firmware_sim.free_space import FreeSpace
 from firmware_sim.home import load_home
 from firmware_sim.house import House, HouseError
 from firmware_sim.world import World
-from models.manifest import ModelError
+from models.manifest import DEFAULT, ModelError
 from tools.bench.crossing import HANDMADE
 from tools.bench.survey import RADIUS, robot_in, survey
 from tools.eval.oracle import OracleEncoder
@@ -158,7 +158,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--homes", nargs="+", default=HANDMADE, help="names, files or generated:SEED")
     parser.add_argument("--objects", type=int, default=8, help="a home, drawn by the seed (default: %(default)s)")
-    parser.add_argument("--encoder", choices=["shipped", "oracle"], default="shipped")
+    parser.add_argument("--encoder", default=DEFAULT, metavar="MODEL", help="a model's name, or oracle: true labels")
     parser.add_argument("--seed", type=int, default=0, help="of the draw and of all noise")
     options = parser.parse_args()
     if options.objects < 1 or options.seed < 0:
@@ -166,7 +166,7 @@ def main() -> None:
     cv2.setNumThreads(1)
     try:
         houses = [load_home(home) for home in options.homes]
-        encoder = Encoder.load() if options.encoder == "shipped" else None
+        encoder = None if options.encoder == "oracle" else Encoder.load(options.encoder)
     except (HouseError, ModelError) as error:
         parser.exit(2, f"tools.bench.approach: {error}\n")
     rng = np.random.default_rng(options.seed)

@@ -40,7 +40,7 @@ class DemoConfig:
 
     home: str = "apartment"
     objects: tuple[str, ...] = ()  # in words; none: those of tools.demo.naming
-    search_unknown: bool = False  # go to the best guesses even if an object does not seem to be in memory
+    search_unknown: bool = False  # go to the best guesses too, and answer with the best
     offload: Offload = "never"  # so that the memory shown is that of a robot with everything on board
     seed: int = 0
     speed: float = 8.0  # simulated s a s, at most; the simulator waits for a robot that cannot keep up

@@ -90,6 +90,8 @@ def main(arguments: list[str] | None = None) -> None:
             found = straighten(home, options.encoder, options.seed)
         except (HouseError, ModelError) as error:
             parser.exit(2, f"vlpg eval graph: {error}\n")
+        except KeyboardInterrupt:
+            parser.exit(130, "\nvlpg eval graph: stopped\n")
         raw, after = (f"{m:.3f} m {np.degrees(turn):6.2f} deg" for m, turn in (found.raw, found.optimised))
         print(f"{found.home:14} {found.nodes:6d} {found.loops:6d} {raw:>18} {after:>18}", flush=True)
 

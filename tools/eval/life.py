@@ -260,6 +260,8 @@ def main(arguments: list[str] | None = None) -> None:
                 print(show_visit(visit), flush=True)
     except (HouseError, ModelError) as error:
         parser.exit(2, f"vlpg eval life: {error}\n")
+    except KeyboardInterrupt:
+        parser.exit(130, "\nvlpg eval life: stopped\n")
     print(f"\n{options.encoder} encoder, seed {options.seed}\n{show(visits)}")
     if options.json:
         options.json.write_text(json.dumps([asdict(visit) for visit in visits], indent=1))
