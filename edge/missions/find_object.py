@@ -7,12 +7,11 @@ import numpy as np
 
 from edge.mapping.frontiers import reachable
 from edge.memory.recall import recall
-from edge.missions.centring import centre
 from edge.missions.mission import Mission, Story
-from edge.missions.motion import drive, face, look_from_near
-from edge.missions.sighting import Sighting, sight
+from edge.missions.motion import drive
+from edge.missions.sighting import Sighting
+from edge.missions.spotter import Spotter
 from edge.observation import STOP
-from edge.perception.close_look import look_closely
 from edge.perception.detection import Detector, DetectorConfig
 from edge.perception.prompts import Target
 from edge.planning.local_search import LocalSearch, Replan
@@ -27,14 +26,11 @@ class FindObjectConfig:
 
     hits: int = 50  # k of [V] Sec. III-C
     hypotheses: int = 3  # viewpoints tried, best first; [V] tries one
-    certain: float = 0.9  # score that needs no further look around, and that the memory is searched around for
+    certain: float = 0.9  # score of the memory from which the object is searched for around where it was seen
     sure: float = 0.5  # confidence of a claim that needs no comparison with what the other viewpoints show
     claimed: float = 0.2  # confidence below which the answer is "not found"
     in_memory: float = 0.75  # score of the best hit; of objects that were seen, nine in ten have more
     alike: float = 0.5  # of the best hit's dot product; a sighting may be weaker than the memory, but not by more
-    sweep: float = np.radians(40)  # rad to either side of the remembered bearing; half a field of view
-    near: float = 1.8  # m from an object, where it is looked for again before it is centred
-    pictures: int = 5  # looked at while standing still; most must show the object
     time_limit: float = 300.0  # s, [V] Sec. IV
     enough: float = 200.0  # s, after which the best claim so far is the answer; the way back to it takes up to a minute
 
@@ -75,12 +71,11 @@ class FindObject(Mission):
         """
         self.config = config or FindObjectConfig()
         self.target = target
-        self.detector = Detector(robot.encoder)
+        self.spotter = Spotter(robot, target)
         self.search_unknown = search_unknown
         self.hypotheses: list[Viewpoint] = []
         self.places = np.zeros((0, 3))
         self.replans: list[Replan] = []
-        self._in_vain: list[np.ndarray] = []  # poses (3,) from which the object was looked for and not seen
         self._rng = np.random.default_rng(seed)
         self._started, self._driven = robot.stamp, robot.distance
         super().__init__(robot)
@@ -92,7 +87,7 @@ class FindObject(Mission):
         best = here = None
         for hypothesis in self.hypotheses[: self.config.hypotheses]:
             sighting = yield from self.inspect(hypothesis)
-            centred = sighting and (yield from self.approach(sighting))
+            centred = sighting and (yield from self.spotter.approach(sighting))
             here = centred and self.claim(centred, hypothesis)
             if here and (best is None or here.confidence > best.confidence):
                 best = here
@@ -109,21 +104,10 @@ class FindObject(Mission):
     def inspect(self, hypothesis: Viewpoint) -> Story:
         """Look from a viewpoint; where the memory is certain of the object, and it is not there, around it, too."""
         yield from drive(self.robot, hypothesis.pose[:2], heading=hypothesis.pose[2])
-        sighting = yield from self.look()
+        sighting = yield from self.spotter.look()
         if sighting is None and self._scores[hypothesis.members].max() >= self.config.certain:
             sighting = yield from self.search_nearby(hypothesis)
         return sighting
-
-    def approach(self, sighting: Sighting) -> Story:
-        """Go where the object is seen well, and centre it; the last ``Sighting``, or None when it is not there."""
-        for place in (sighting.position, sighting.behind):
-            if place is not None:
-                yield from look_from_near(self.robot, place, self.config.near)
-                seen = yield from self.look()
-                centred = seen and (yield from centre(self.robot, self.detector, self.target, seen))
-                if centred is not None:
-                    return centred
-        return None
 
     def guess(self) -> Story:
         """Nothing was recognized from anywhere: what resembled the object most is the view in memory."""
@@ -133,15 +117,12 @@ class FindObject(Mission):
 
     def go_back(self, claim: Claim) -> Story:
         """To the best claim, as other places were looked at since; the ``Claim``, renewed if it is seen again."""
-        centred = yield from self.approach(claim.sighting)
+        centred = yield from self.spotter.approach(claim.sighting)
         return claim if centred is None else replace(claim, sighting=centred)
 
     def claim(self, centred: Sighting, hypothesis: Viewpoint) -> Claim:
         remembered = float(self._scores[hypothesis.members].max())
         return Claim(centred, remembered, self.robot.encoder.confidence(centred.detection.score, remembered))
-
-    def certain(self, sighting: Sighting) -> bool:
-        return sighting.detection.score >= self.config.certain
 
     @property
     def elapsed(self) -> float:
@@ -154,40 +135,14 @@ class FindObject(Mission):
         hits = recall(robot.memory, self.target.direction, self.config.hits, robot.camera)
         self.places = robot.memory.poses(hits.ids)
         self.places[:, 2] += hits.bearings  # a region's hit looks where the region does
-        self._scores = self.detector.softmax(hits.scores)
-        weakest = self.detector.softmax(self.config.alike * hits.scores.max(initial=0.0))
-        self.detector = Detector(robot.encoder, DetectorConfig(min_score=min(float(weakest), self.config.certain)))
+        self._scores = self.spotter.detector.softmax(hits.scores)
+        weakest = self.spotter.detector.softmax(self.config.alike * hits.scores.max(initial=0.0))
+        self.spotter.detector = Detector(robot.encoder, DetectorConfig(min(float(weakest), self.config.certain)))
         return rank_viewpoints(self.places, self._scores, robot.grid.occupied, robot.grid.frame, robot.camera)
 
     def remembered(self) -> bool:
         """Whether some view shows the object, as far as the encoder can tell."""
         return bool(self.hypotheses) and self._scores.max() > self.config.in_memory
-
-    def look(self) -> Story:
-        """Look ahead, then to both sides until certain; the best ``Sighting`` that lasts, or None."""
-        heading, best = self.robot.pose[2], None
-        for side in (0.0, self.config.sweep, -self.config.sweep):
-            yield from face(self.robot, heading + side)
-            seen = yield from self.stare()
-            if seen is not None and (best is None or seen.detection.score > best.detection.score):
-                best = seen
-            if best is not None and self.certain(best):
-                break
-        return best
-
-    def stare(self) -> Story:
-        """Stand still for some pictures and look closely; the last ``Sighting`` if most show the object, else None."""
-        robot, sightings = self.robot, []
-        for _ in range(self.config.pictures):
-            yield STOP
-            if robot.frame is not None:
-                views = look_closely(robot.encoder, robot.frame.rgb, hfov=robot.camera.hfov)
-                sightings.append(sight(robot, self.detector, self.target, views))
-        seen = [sighting for sighting in sightings if sighting is not None]
-        if len(seen) > len(sightings) / 2:
-            return seen[-1]
-        self._in_vain.append(robot.pose)
-        return None
 
     def search_nearby(self, hypothesis: Viewpoint) -> Story:
         """Local search around a viewpoint that did not show the object ([V] Sec. III-E): a ``Sighting`` or None."""
@@ -201,7 +156,7 @@ class FindObject(Mission):
             self._scores[hypothesis.members],
             robot.camera,
         )
-        for pose in self._in_vain:
+        for pose in self.spotter.in_vain:
             search.observed(pose)
         while True:
             can_reach = reachable(grid, robot.pose, robot.config.radius)
@@ -210,10 +165,10 @@ class FindObject(Mission):
                 return None
             self.replans.append(Replan(search.frame, search.probability.copy(), pose))
             yield from drive(robot, pose[:2], heading=pose[2])
-            sighting = yield from self.stare()
+            sighting = yield from self.spotter.stare()
             if sighting is not None:
                 return sighting
-            search.observed(self._in_vain[-1])
+            search.observed(self.spotter.in_vain[-1])
 
     def step(self, observation):
         """One control step; gives up when the time limit has passed."""

@@ -151,7 +151,7 @@ class Life:
         views = [compose(house.start, hypothesis.pose) for hypothesis in mission.hypotheses]
         views = views[: mission.config.hypotheses]
         claimed, kind = bool(mission.remembered()), self.kind(noun)
-        shown = [is_shown(house, view, noun, mission.config.sweep) for view in views]
+        shown = [is_shown(house, view, noun, mission.spotter.config.sweep) for view in views]
         best = bool(shown) and shown[0]
         gone = claimed and not best
         return Answer(
@@ -161,7 +161,7 @@ class Life:
             remembered=claimed,
             right=best if kind != "removed" else not claimed,
             among=any(shown) if kind != "removed" else not claimed,
-            stale=gone and any(is_shown(was, views[0], noun, mission.config.sweep) for was in self.houses[:-1]),
+            stale=gone and any(is_shown(was, views[0], noun, mission.spotter.config.sweep) for was in self.houses[:-1]),
         )
 
     def kind(self, noun: str) -> str:

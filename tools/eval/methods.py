@@ -79,9 +79,9 @@ class ViewpointAndCentring(ViewpointOnly):
     """Baseline 3: at the viewpoint, look ahead; if the object is detected, drive up to it and centre it."""
 
     def arrived(self) -> Story:
-        sighting = yield from self.stare()
+        sighting = yield from self.spotter.stare()
         if sighting is not None:
-            yield from centre(self.robot, self.detector, self.target, sighting)
+            yield from centre(self.robot, self.spotter.detector, self.target, sighting)
         return self.ended("found")
 
 

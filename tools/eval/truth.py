@@ -59,7 +59,7 @@ class TrueDetection(FindObject):
 
     def recall(self):
         hypotheses = super().recall()
-        self.detector = TrueDetector(self._world, self.robot.encoder)
+        self.spotter.detector = TrueDetector(self._world, self.robot.encoder)
         return hypotheses
 
 
