@@ -9,12 +9,16 @@ from edge.perception.encoder import Encoder, View
 from edge.perception.prompts import Target
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Detection:
-    """``box`` (x0, y0, x1, y1) px, float, of the picture's own size; ``score`` in [0, 1], the two-prompt score."""
+    """``box`` (x0, y0, x1, y1) px, float, of the picture's own size; ``score`` in [0, 1], the two-prompt score.
+
+    ``mask`` (y1 - y0, x1 - x0) bool: which of the box's pixels are the target's.
+    """
 
     box: tuple[float, float, float, float]
     score: float
+    mask: np.ndarray
 
     @property
     def centre(self) -> tuple[float, float]:
@@ -53,14 +57,17 @@ class Detector:
             return None
         left, top, right, bottom = view.window or (0, 0, *image_size)
         size = (right - left, bottom - top)
-        box = salient_box(self._encoder.saliency(view, target.direction), size, self._config.level)
-        if box is None:
+        region = salient_region(self._encoder.saliency(view, target.direction), size, self._config.level)
+        if region is None:
             return None
-        return Detection((left + box[0], top + box[1], left + box[2], top + box[3]), score)
+        box, mask = region
+        return Detection((left + box[0], top + box[1], left + box[2], top + box[3]), score, mask)
 
 
-def salient_box(saliency: np.ndarray, image_size: tuple[int, int], level: float):
+def salient_region(saliency: np.ndarray, image_size: tuple[int, int], level: float):
     """Box (x0, y0, x1, y1) px of the strongest component of ``saliency`` (h, w) above ``level`` of its peak.
+
+    And which pixels of the box are the component's, ``(y1 - y0, x1 - x0)`` bool.
 
     The map is enlarged to ``image_size`` (width, height) first, so that the box is not cut to whole cells. The
     component with the largest saliency summed over it wins, rather than the largest area: [V] says largest, which on a
@@ -75,4 +82,4 @@ def salient_box(saliency: np.ndarray, image_size: tuple[int, int], level: float)
     mass = np.bincount(labels.reshape(-1), weights=smooth.reshape(-1), minlength=count)
     best = 1 + int(np.argmax(mass[1:]))
     x, y, width, height = (int(stats[best, i]) for i in range(4))
-    return float(x), float(y), float(x + width), float(y + height)
+    return (float(x), float(y), float(x + width), float(y + height)), labels[y : y + height, x : x + width] == best

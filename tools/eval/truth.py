@@ -1,5 +1,6 @@
 """Parts of the robot that know the truth: with one at a time in place, a table tells where to work next."""
 
+import cv2
 import numpy as np
 
 from edge.localization.localizer import Localizer
@@ -45,9 +46,10 @@ class TrueDetector(Detector):
         pixels = [np.count_nonzero(part == number) for number in named]
         if max(pixels, default=0) < OracleEncoder.MIN_PIXELS:
             return None
-        rows, columns = np.nonzero(part == named[int(np.argmax(pixels))])
-        box = columns.min(), rows.min(), columns.max() + 1, rows.max() + 1
-        return Detection(tuple(float(side + corner) for side, corner in zip(box, (left, top, left, top))), 1.0)
+        mask = part == named[int(np.argmax(pixels))]
+        x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+        box = float(left + x), float(top + y), float(left + x + width), float(top + y + height)
+        return Detection(box, 1.0, mask[y : y + height, x : x + width])
 
 
 class TrueDetection(FindObject):

@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from edge.perception.detection import DetectorConfig, salient_box
+from edge.perception.detection import DetectorConfig, salient_region
 from edge.perception.encoder import Encoder
 from edge.perception.prompts import Target
 from tools.assets.catalog import Entry, open_library
@@ -128,9 +128,10 @@ def evaluate_homes(encoder: Encoder, seeds: range = HOMES) -> dict:
 def _localize(saliency: np.ndarray, mask: np.ndarray) -> tuple[bool, float]:
     """Whether the peak of the enlarged map lies in ``mask`` (H, W), and the box's intersection over union with it."""
     size = mask.shape[1], mask.shape[0]
-    box = salient_box(saliency, size, DetectorConfig.level)
-    if box is None:
+    region = salient_region(saliency, size, DetectorConfig.level)
+    if region is None:
         return False, 0.0
+    box, _ = region
     enlarged = cv2.resize(saliency, size, interpolation=cv2.INTER_LINEAR)
     v, u = np.unravel_index(int(enlarged.argmax()), enlarged.shape)
     near = mask[max(0, v - 15) : v + 16, max(0, u - 15) : u + 16].any()

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from edge.perception.detection import Detector, DetectorConfig, salient_box
+from edge.perception.detection import Detector, DetectorConfig, salient_region
 from edge.perception.encoder import View
 from edge.perception.prompts import Target
 
@@ -34,24 +34,27 @@ TARGET = Target("lamp", np.array([1.0, 0.0], np.float32), np.zeros(2, np.float32
 def test_the_box_surrounds_the_salient_cells():
     saliency = np.zeros((6, 8), np.float32)
     saliency[2:4, 5:7] = 1.0  # cells of 40 px: x 200-280, y 80-160
-    assert salient_box(saliency, SIZE, 0.5) == pytest.approx((200, 80, 280, 160), abs=8)
+    box, mask = salient_region(saliency, SIZE, 0.5)
+    assert box == pytest.approx((200, 80, 280, 160), abs=8)
+    assert mask.shape == (box[3] - box[1], box[2] - box[0]) and mask.mean() > 0.8
 
 
 def test_the_stronger_component_wins_over_the_longer_one():
     saliency = np.zeros((6, 8), np.float32)
     saliency[0, :] = 0.55
     saliency[3:6, 2:4] = 1.0
-    x0, y0, x1, y1 = salient_box(saliency, SIZE, 0.5)
-    assert y0 > 80 and 60 < x0 < x1 < 180
+    (x0, y0, x1, y1), mask = salient_region(saliency, SIZE, 0.5)
+    assert y0 > 80 and 60 < x0 < x1 < 180 and mask.any(0).all() and mask.any(1).all()
 
 
 @given(hnp.arrays(np.float32, (7, 9), elements=st.floats(0, 10, width=32)))
 def test_a_box_lies_in_the_picture_and_holds_something(saliency):
-    box = salient_box(saliency, SIZE, 0.5)
+    region = salient_region(saliency, SIZE, 0.5)
     if saliency.max() <= 0:
-        assert box is None
-    elif box is not None:
-        x0, y0, x1, y1 = box
+        assert region is None
+    elif region is not None:
+        (x0, y0, x1, y1), mask = region
+        assert mask.any() and mask.shape == (y1 - y0, x1 - x0)
         assert 0 <= x0 < x1 <= 320 and 0 <= y0 < y1 <= 240
 
 
