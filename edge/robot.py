@@ -8,8 +8,9 @@ import numpy as np
 from edge.camera import CameraModel
 from edge.localization.localizer import Localizer
 from edge.localization.loop_closure import LoopCloser
-from edge.mapping.coverage import CameraCoverage, farthest
+from edge.mapping.coverage import CameraCoverage
 from edge.mapping.occupancy import OccupancyGrid
+from edge.mapping.view_fan import farthest
 from edge.mapping.warp import carried_pose
 from edge.memory.nodes import COLUMNS
 from edge.memory.scan_bytes import pack

@@ -30,3 +30,14 @@ class GridFrame:
         """Boolean mask of the cells (row, col) that lie inside the shape."""
         row, col = np.asarray(row), np.asarray(col)
         return (row >= 0) & (row < self.shape[0]) & (col >= 0) & (col < self.shape[1])
+
+    def holding(self, array: np.ndarray, old: "GridFrame | None", empty) -> np.ndarray:
+        """What ``array`` (R, C) has on the frame ``old``, on this one, which contains it; ``empty`` elsewhere.
+
+        For layers that follow a grid as it grows. Without an ``old`` frame all is empty.
+        """
+        grown = np.full(self.shape, empty, array.dtype)
+        if old is not None:
+            row, col = self.to_cell(old.to_world(0, 0))
+            grown[row : row + array.shape[0], col : col + array.shape[1]] = array
+        return grown
