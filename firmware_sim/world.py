@@ -94,10 +94,10 @@ class World:
         self.pedestrian = pedestrian
         self.base.admit(pedestrian)
 
-    def step(self, twist: Twist | None, dt: float = 0.1) -> Observation:
+    def step(self, twist: Twist | None, dt: float = 0.1, look: bool = True) -> Observation:
         """Let ``dt`` seconds pass, a multiple of the firmware's period. None: no command arrives in this step.
 
-        Raises ValueError for a ``dt`` that is not such a multiple.
+        Without ``look`` no picture is taken. Raises ValueError for a ``dt`` that is not such a multiple.
         """
         period = self.config.firmware.period
         periods = round(dt / period)
@@ -117,7 +117,8 @@ class World:
             self.battery.drain(self.base.effort, period)
             bumper |= self.base.touching
         odom = self.odometry.pose
-        return Observation(self.time, odom, self.odometry.twist, self._scan(odom), self._frame(odom), bumper)
+        frame = self._frame(odom) if look else None
+        return Observation(self.time, odom, self.odometry.twist, self._scan(odom), frame, bumper)
 
     def _scan(self, odom):
         if self.time < self._next_scan - 1e-9:

@@ -1,6 +1,6 @@
 """A mission is a story told one control step at a time."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 
 from edge.observation import STOP, Observation, Twist
 from edge.robot import Robot
@@ -38,3 +38,15 @@ class Mission:
         except StopIteration as end:
             self.outcome = end.value
             return STOP
+
+
+def until(met: Callable[[], bool], action: Story) -> Story:
+    """``action``, broken off after the step in which the condition is ``met``; its result, None if broken off."""
+    while True:
+        try:
+            twist = next(action)
+        except StopIteration as end:
+            return end.value
+        yield twist
+        if met():
+            return None

@@ -41,6 +41,10 @@ class OracleEncoder:
         """What it sees is there."""
         return 0.99
 
+    def relevance(self, cosine):
+        """Relevance in [0, 1]: what fills a twentieth of the picture is there for certain; it guesses from no cues."""
+        return np.clip(np.asarray(cosine) / 0.2, 0.0, 1.0)
+
     def _axis(self, text: str) -> int:
         if SOMETHING_ELSE.lower() in text:
             return self.dim - 2

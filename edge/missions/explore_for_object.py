@@ -1,0 +1,124 @@
+"""Find a named object in a home never seen before: frontiers in the order of what the pictures promise ([U])."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from edge.mapping.frontiers import Frontier
+from edge.missions.centring import centre
+from edge.missions.exploration import Exploration, ExplorationConfig
+from edge.missions.find_object import Claim, Outcome, Status
+from edge.missions.mission import Mission, Story, until
+from edge.missions.motion import drive, look_from_near, route, turn
+from edge.missions.spotter import Spotter
+from edge.observation import STOP
+from edge.perception.prompts import Target, ensemble
+from edge.planning.acquisition import upper_confidence_bound
+
+
+@dataclass(frozen=True)
+class ExploreConfig:
+    """How long to explore, and what counts as found."""
+
+    claimed: float = 0.2  # confidence of a claim after a close look, below which the search goes on
+    beside: float = 0.9  # m from the object's nearest point to the floor that a way must lead to
+    rechoose: float = 1.0  # s; a better frontier may have come into view
+    time_limit: float = 600.0  # s; [U] allows 500 actions
+    exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
+
+
+class ExploreForObject(Mission):
+    """Drive to the frontier with the highest upper confidence bound, and to what seems to be the object, until it is.
+
+    What is seen on the way fills the memory, as on any tour: the next question about this home is one for it.
+    """
+
+    def __init__(self, robot, target: Target, config: ExploreConfig | None = None):
+        self.config = config or ExploreConfig()
+        self.target = target
+        prompts = robot.encoder.encode_text(ensemble(target.name))
+        self.exploration = Exploration(robot, target, prompts, _bound, config=self.config.exploration)
+        self.spotter = Spotter(robot, target)
+        self._started = self._driven = 0.0  # set by the first observation
+        super().__init__(robot)
+
+    def story(self) -> Story:
+        robot = self.robot
+        self._started, self._driven = robot.stamp, robot.distance
+        robot.memory.begin_tour()
+        claim = yield from self.watching(turn(robot, 2 * np.pi))
+        while claim is None and (frontier := self.exploration.next_frontier()) is not None:
+            claim = yield from self.watching(self.visit(frontier))
+        return self.ended("found" if claim else "not found", claim)
+
+    def watching(self, action: Story) -> Story:
+        """Do that, and heed every picture meanwhile; the ``Claim`` that it led to, or None."""
+        for twist in action:
+            yield twist
+            self.exploration.take_in()
+            while self.exploration.goal is not None:
+                claim = yield from self.reach()
+                if claim is not None:
+                    return claim
+                self.exploration.refute()
+        return None
+
+    def visit(self, frontier: Frontier) -> Story:
+        """Drive to a frontier as long as it is the best; there, look around if it still is one."""
+        rechoose = self.robot.stamp + self.config.rechoose
+
+        def beaten():
+            nonlocal rechoose
+            if self.robot.stamp < rechoose:
+                return False
+            rechoose += self.config.rechoose
+            best = self.exploration.next_frontier()
+            return best is None or not self.exploration.choice.is_same(best.waypoint, frontier.waypoint)
+
+        arrived = yield from until(beaten, drive(self.robot, frontier.waypoint))
+        if arrived is False:
+            self.exploration.choice.drop(frontier.waypoint)
+        elif arrived:
+            yield from until(beaten, turn(self.robot, 2 * np.pi))
+
+    def reach(self) -> Story:
+        """Drive to what seems to be the object, look closely from near, and centre it: a ``Claim``, or None."""
+        goal = self.exploration.goal
+        while route(self.robot, goal.nearest(self.robot.pose), near=self.config.beside) is None:
+            frontier = self.exploration.next_frontier()
+            if frontier is None:
+                return None
+            for twist in self.visit(frontier):
+                yield twist
+                self.exploration.take_in()
+        goal = self.exploration.goal
+        for twist in look_from_near(self.robot, goal.nearest(self.robot.pose), self.spotter.config.near):
+            yield twist
+            self.exploration.take_in()
+        if not goal.is_at(self.exploration.goal.centroid):  # a firm view of another thing took its place
+            return (yield from self.reach())
+        sighting = yield from self.spotter.look()
+        centred = sighting and (yield from centre(self.robot, self.spotter.detector, self.target, sighting))
+        if centred is None:
+            return None
+        score = centred.detection.score  # there is no memory of the object beside what is seen now
+        claim = Claim(centred, score, self.robot.encoder.confidence(score, score))
+        return claim if claim.confidence >= self.config.claimed else None
+
+    def step(self, observation):
+        """One control step; gives up when the time limit has passed."""
+        twist = super().step(observation)
+        if not self.done and self.robot.stamp - self._started > self.config.time_limit:
+            self.outcome = self.ended("timeout")
+            return STOP
+        return twist
+
+    def ended(self, status: Status, claim: Claim | None = None) -> Outcome:
+        robot = self.robot
+        duration, distance = robot.stamp - self._started, robot.distance - self._driven
+        confidence = claim.confidence if claim else 0.0
+        return Outcome(status, [], robot.memory.poses([]), claim, confidence, duration, distance)
+
+
+def _bound(means, variances, distances):
+    return upper_confidence_bound(means, variances)

@@ -1,0 +1,92 @@
+"""What an exploring robot believes, from single pictures."""
+
+import numpy as np
+import pytest
+
+from edge.mapping.object_goal import ObjectGoal, Surface
+from edge.missions.exploration import Exploration
+from edge.observation import STOP
+from edge.perception.prompts import Target, ensemble
+from edge.pose import between
+from firmware_sim.house import House
+from firmware_sim.world import World
+from tests.edge.missions.conftest import PLAN, make_robot
+
+
+def by_mean(means, variances, distances):
+    return means
+
+
+def explorer(noun="couch", start=None):
+    world = World(House.from_dict(PLAN), 0, start=start)
+    robot = make_robot(world)
+    exploration = Exploration(
+        robot, Target.of(noun, robot.encoder), robot.encoder.encode_text(ensemble(noun)), by_mean
+    )
+    robot.perceive(world.step(None))
+    exploration.take_in()
+    return world, robot, exploration
+
+
+def place_of(world, thing_id, start):
+    return between(np.asarray(start, float), world.house.objects[thing_id].pose)[:2]
+
+
+TO_COUCH = (2.0, 1.5, 1.8)  # looks at the couch, 2 m away
+
+
+def test_what_is_in_view_becomes_the_goal():
+    world, robot, exploration = explorer(start=TO_COUCH)
+    assert exploration.goal.is_at(place_of(world, "couch-1", TO_COUCH))
+    assert exploration.relevance.around(exploration.goal.centroid, 0.3)[0] > 0.8
+
+
+def test_a_close_look_confirms_it():
+    world, robot, exploration = explorer(start=TO_COUCH)
+    found = exploration.look_closely()
+    assert found is exploration.best and found.score > 0.9 and found.confidence == 0.99
+    assert found.goal.is_at(place_of(world, "couch-1", TO_COUCH))
+
+
+def test_a_close_look_elsewhere_does_not_confirm_the_goal_but_moves_it():
+    world, robot, exploration = explorer(start=TO_COUCH)
+    exploration.goal = ObjectGoal(Surface(np.array([[2.5, -1.5]]), False))
+    assert exploration.look_closely() is None and exploration.best is None
+    assert exploration.goal.is_at(place_of(world, "couch-1", TO_COUCH))
+
+
+def test_what_was_refuted_is_not_noticed_again():
+    world, robot, exploration = explorer(start=TO_COUCH)
+    exploration.refute()
+    assert exploration.goal is None
+    robot.perceive(world.step(STOP))
+    exploration.take_in()
+    assert exploration.goal is None and exploration.guess() is not None and exploration.guess() is None
+
+
+def test_once_refuted_it_may_be_behind():
+    _, _, exploration = explorer("teddy bear")
+    behind = Surface(np.array([[4.0, 0.0]]), True)
+    exploration.goal = ObjectGoal(Surface(np.array([[1.5, 0.0]]), False, behind))
+    exploration.refute()
+    assert exploration.goal.centroid == pytest.approx([4.0, 0.0])
+    exploration.refute()
+    assert exploration.goal is None
+
+
+def test_what_cannot_be_reached_yet_draws_the_robot_to_the_frontier_before_it():
+    world, robot, exploration = explorer("teddy bear")
+    for place in ([3.0, 0.0], [-3.0, 0.0]):
+        exploration.goal = ObjectGoal(Surface(np.array([place]), False))
+        found = exploration.next_frontier()
+        offered = np.array([frontier.waypoint for frontier in exploration.choice.offered])
+        away = np.hypot(*(offered - place).T)
+        assert np.hypot(*(found.waypoint - place)) <= 1.1 * away.min() + 1e-6
+
+
+def test_without_a_picture_nothing_changes():
+    world, robot, exploration = explorer(start=TO_COUCH)
+    before = exploration.relevance.mean.copy()
+    robot.perceive(world.step(STOP, look=False))
+    exploration.take_in()
+    assert (exploration.relevance.mean == before).all()

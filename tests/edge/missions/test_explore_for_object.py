@@ -1,0 +1,60 @@
+"""Exploring a home that the robot does not know for one thing in it."""
+
+import numpy as np
+import pytest
+
+from edge.missions.exploration import ExplorationConfig
+from edge.missions.explore_for_object import ExploreConfig, ExploreForObject
+from edge.missions.find_object import FindObject
+from edge.perception.prompts import Target
+from tests.edge.missions.conftest import make_robot, make_world
+from tools.eval.judge import judge
+from tools.eval.tour import run
+
+
+def explore(noun, config=None):
+    world = make_world()
+    robot = make_robot(world)
+    mission = ExploreForObject(robot, Target.of(noun, robot.encoder), config)
+    run(world, mission)
+    return world, mission
+
+
+@pytest.fixture(scope="module")
+def found():
+    return explore("teddy bear")
+
+
+def test_a_thing_in_another_room_is_found_without_a_map(found):
+    world, mission = found
+    verdict = judge(world, "teddy bear")
+    assert mission.outcome.status == "found" and verdict.in_view and verdict.angular_error < np.radians(10)
+    assert mission.outcome.claim.confidence > 0.9 and world.contacts == 0
+    assert 5 < mission.outcome.duration < 120
+
+
+def test_what_was_seen_on_the_way_is_remembered(found):
+    world, mission = found
+    asked = FindObject(mission.robot, Target.of("couch", mission.robot.encoder))
+    run(world, asked)
+    assert asked.outcome.status == "found" and judge(world, "couch").in_view
+
+
+def test_the_map_of_relevance_is_high_where_the_thing_is(found):
+    world, mission = found
+    thing = world.house.objects["teddy-1"]
+    mean, _ = mission.exploration.relevance.around(np.array([thing.x, thing.y]) - world.house.start[:2], 0.5)
+    elsewhere, _ = mission.exploration.relevance.around(np.array([1.5, 3.0]) - world.house.start[:2], 0.5)
+    assert mean > elsewhere
+
+
+def test_what_is_nowhere_is_not_found_and_everything_was_looked_at():
+    world, mission = explore("submarine", ExploreConfig(exploration=ExplorationConfig(min_area=0.5)))
+    assert mission.outcome.status == "not found" and mission.outcome.confidence == 0
+    robot = mission.robot
+    assert (robot.coverage.viewed.view(bool) & robot.grid.free).sum() > 0.9 * robot.grid.free.sum()
+
+
+def test_time_runs_out():
+    _, mission = explore("submarine", ExploreConfig(time_limit=5.0))
+    assert mission.outcome.status == "timeout" and mission.outcome.duration < 6
