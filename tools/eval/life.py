@@ -24,8 +24,8 @@ from firmware_sim.world import World, WorldConfig
 from host.pose_graph import optimise
 from models.manifest import DEFAULT, ModelError
 from tools.eval.changes import Household
-from tools.eval.find import homes_named
 from tools.eval.judge import judge
+from tools.eval.options import homes_named
 from tools.eval.oracle import OracleEncoder
 from tools.eval.tour import names_in_view, nouns, run
 

@@ -12,8 +12,9 @@ from edge.missions.map_home import HomeMapped
 from models.manifest import Confidence, logit
 from tests.tools.eval.test_table import RIGHT
 from tools.eval import confidence
-from tools.eval.campaign import HomeResult, write
+from tools.eval.campaign import HomeResult
 from tools.eval.reliability import bins, brier, calibration_error, claims_of, draw, fit, show
+from tools.eval.spread import write
 
 
 def claims(weights, count=400, seed=0):

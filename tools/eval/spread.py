@@ -1,0 +1,109 @@
+"""The homes of an evaluation, spread over processes or a cluster, and resumed where it stopped."""
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict
+from hashlib import sha256
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Protocol
+
+from firmware_sim.home import load_home
+from models.manifest import Manifest, resolve
+
+
+class Plan(Protocol):
+    """What is done in each home."""
+
+    encoder: str  # a model's name, or "oracle"
+
+    def run(self, home: str):
+        """A dataclass of what was found in one home: a name, a file, "generated:7"."""
+
+    def read(self, raw: dict):
+        """What ``run`` returned, from its ``asdict``."""
+
+    def columns(self) -> list[str]:
+        """What an episode tells; results that tell something else are not taken for these."""
+
+
+def run_homes(
+    homes: list[str], plan: Plan, jobs: int, folder: Path | None = None, cluster: str | None = None
+) -> Iterator:
+    """Results as they come, from ``jobs`` processes or from the Ray ``cluster`` at that address.
+
+    With a ``folder`` each is kept there, and what is there already is not run again.
+    """
+    todo = []
+    for home in homes:
+        file = folder and folder / _file(home, plan)
+        if file and file.exists():
+            yield load(file, plan)
+        else:
+            todo.append((home, file))
+    for result, file in _on_ray(todo, plan, cluster) if cluster else _here(todo, plan, jobs):
+        if file:
+            save(result, file)
+        yield result
+
+
+def _run(plan: Plan, home: str):
+    import cv2
+
+    cv2.setNumThreads(1)  # a fork does not carry OpenCV's threads along
+    return plan.run(home)
+
+
+def _here(todo, plan: Plan, jobs: int):
+    # Fresh processes rather than forks: each home may fork its own children, and should start with one thread.
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        files = {pool.submit(_run, plan, home): file for home, file in todo}
+        try:
+            for future in as_completed(files):
+                yield future.result(), files[future]
+        except BaseException:  # Ctrl-C, or a home that failed: the others, not begun yet, need not be waited for
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _on_ray(todo, plan: Plan, address: str):
+    import ray  # late: an extra of its own
+
+    ray.init(address=address, log_to_driver=False)
+    # Ray's workers have threads, and a fork would copy their locks: each home gets a process of its own there.
+    task = ray.remote(num_cpus=1)(lambda home: next(_here([(home, None)], plan, 1))[0])
+    files = {task.remote(home): file for home, file in todo}
+    while files:
+        (done, *_), _ = ray.wait(list(files))
+        yield ray.get(done), files.pop(done)
+
+
+def save(result, file: Path) -> None:
+    """Written whole or not at all."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    partial = file.with_suffix(".part")
+    partial.write_text(json.dumps(asdict(result), indent=1))
+    partial.rename(file)
+
+
+def load(file: Path, plan: Plan):
+    """What ``save`` wrote."""
+    return plan.read(json.loads(file.read_text()))
+
+
+def write(results: list, file: Path) -> None:
+    """All results in one file."""
+    file.write_text(json.dumps([asdict(result) for result in results], indent=1))
+
+
+def _file(home: str, plan: Plan) -> str:
+    """A name that tells plans, encoders and states of a home apart, so that one folder serves several.
+
+    Raises HouseError when there is no such home.
+    """
+    manifest = None if plan.encoder == "oracle" else Manifest.load(resolve(plan.encoder))
+    encoder = manifest and (manifest.digest, manifest.confidence)
+    asked = plan, encoder, load_home(home).to_dict(), plan.columns()
+    code = sha256(repr(asked).encode()).hexdigest()[:8]
+    return f"{Path(home).stem.replace(':', '-')}.{Path(plan.encoder).name}.{code}.json"
