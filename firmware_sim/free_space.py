@@ -34,6 +34,13 @@ class FreeSpace:
         corners = (np.asarray(polygon) - self.frame.origin) / self.frame.resolution - 0.5
         cv2.fillPoly(image, [np.round(corners * 16).astype(np.int32)], value, shift=4)
 
+    def walls(self) -> np.ndarray:
+        """Cells ``(rows, cols)`` bool of walls and closed doors."""
+        image = np.zeros(self.frame.shape, np.uint8)
+        for body in self._house.plan.wall_bodies:
+            self._fill(image, body, 1)
+        return image.view(bool)
+
     def reachable(self, radius: float) -> np.ndarray:
         """Cells ``(rows, cols)`` bool that the middle of a disc of ``radius`` [m] can reach from the house's start."""
         _, label = cv2.connectedComponents((self.clearance >= radius).astype(np.uint8), connectivity=4)

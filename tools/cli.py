@@ -130,6 +130,18 @@ def eval_life(context: typer.Context) -> None:
     _become("tools.eval.life", context.args)
 
 
+@eval_app.command("objectnav", context_settings=_PASSED_ON, add_help_option=False)
+def eval_objectnav(context: typer.Context) -> None:
+    """Find things in homes never seen before and count (vlpg eval objectnav --help)."""
+    _become("tools.eval.objectnav.command", context.args)
+
+
+@eval_app.command("overlay", context_settings=_PASSED_ON, add_help_option=False)
+def eval_overlay(context: typer.Context) -> None:
+    """Draw a search through an unknown home, step by step (vlpg eval overlay --help)."""
+    _become("tools.eval.objectnav.overlay", context.args)
+
+
 @bench_app.command("encoder", context_settings=_PASSED_ON, add_help_option=False)
 def bench_encoder(context: typer.Context) -> None:
     """Time and weigh the image tower beside its float32 peers (vlpg bench encoder --help)."""

@@ -1,0 +1,92 @@
+"""``vlpg eval objectnav``: find things in homes never seen before, by discrete actions, and count as [U] does."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+from firmware_sim.house import HouseError
+from models.manifest import ModelError
+from tools.eval.objectnav import table
+from tools.eval.objectnav.campaign import Plan
+from tools.eval.objectnav.planners import PLANNERS, Planner, single_prompts, sub_ensembles
+from tools.eval.options import add_options, check, results, some_of
+from tools.eval.spread import write
+
+SWEEPS = {
+    "kappa": {f"kappa {k:g}": replace(PLANNERS["I-FBE2"], off_axis=k) for k in (0.0, 0.001, 0.01, 0.05, 0.2, 1.0)},
+    "beta": {f"beta {beta:g}": replace(PLANNERS["I-FBE2"], beta=beta) for beta in (0.0, 0.25, 1.0, 4.0, 16.0)},
+    "scale": {
+        f"{name}, {scale}": replace(PLANNERS[name], calibrated=scale == "calibrated")
+        for name in ("I-FBE1", "I-FBE2")
+        for scale in ("calibrated", "raw cosine")
+    },
+}
+
+
+def planners_of(options) -> dict[str, Planner]:
+    """Those that the options ask for. Raises ValueError for one that does not exist."""
+    if options.sweep:
+        return SWEEPS[options.sweep]
+    if options.table == 1:
+        ensemble = {name: PLANNERS[name] for name in ("I-FBE1", "I-FBE2")}
+        return {**single_prompts(), **ensemble, **sub_ensembles(options.seed)}
+    return {name: PLANNERS[name] for name in some_of(PLANNERS, options.planners, "planner")}
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """``vlpg eval objectnav``."""
+    parser = argparse.ArgumentParser(prog="vlpg eval objectnav", description=__doc__.split(": ", 1)[1])
+    add_options(parser)
+    parser.add_argument("--objects", type=int, default=1, metavar="N", help="sought in each home (default: 1)")
+    parser.add_argument(
+        "--planners", default="all", metavar="P,…", help=f"all, or some of {', '.join(PLANNERS)} (default: all)"
+    )
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument(
+        "--table", type=int, choices=[1, 2], default=2, help="1: each prompt alone, ensembles; 2: planners (default)"
+    )
+    what.add_argument("--sweep", choices=list(SWEEPS), help="vary what the paper leaves open, for I-FBE2")
+    what.add_argument("--figure", choices=["qq"], help="whether similarities over prompts are normal, as Fig. 3")
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="draw the table or the figure")
+    options = parser.parse_args(arguments)
+    check(parser, options)
+    if options.figure and options.encoder == "oracle":
+        parser.error("the oracle knows words, not wordings; name a model with --encoder")
+    try:
+        planners = planners_of(options)
+    except ValueError as error:
+        parser.error(str(error))
+    try:
+        if options.figure:
+            _figure(options)
+            return
+        found = results(Plan(tuple(planners.items()), options.encoder, options.objects, options.seed), options)
+    except (HouseError, ModelError, RuntimeError) as error:
+        parser.exit(2, f"vlpg eval objectnav: {error}\n")
+    except KeyboardInterrupt:
+        parser.exit(130, "\nvlpg eval objectnav: stopped; with --out, the same command goes on from what is done\n")
+    episodes = [episode for result in found for episode in result.episodes]
+    print(f"{options.encoder} encoder, {len(found)} homes, seed {options.seed}\n{table.show(episodes)}")
+    if options.table == 1 and not options.sweep:
+        print(table.show_spread(episodes, ("VLFM, prompt", "I-FBE2, prompts")))
+    if options.json:
+        write(found, options.json)
+    if options.csv:
+        table.write_csv(episodes, options.csv)
+    if options.picture:
+        table.draw(episodes, options.picture)
+
+
+def _figure(options) -> None:
+    from tools.eval.objectnav.quantiles import draw, similarities, straightness
+    from tools.eval.options import homes_named
+
+    spreads = similarities(homes_named(options.homes), options.encoder, options.objects, options.seed)
+    for prompts, values in spreads.items():
+        print(f"{prompts:3d} prompts: correlation with normal quantiles {straightness(values):.4f}")
+    if options.picture:
+        draw(spreads, options.picture)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,125 @@
+"""One object sought in one unknown home, and what came of it ([U] Sec. V)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from edge.memory.store import Vlpg
+from edge.perception.prompts import Target
+from edge.robot import Robot, RobotConfig
+from firmware_sim.home import load_home
+from firmware_sim.world import World, WorldConfig
+from tools.eval.objectnav.actions import Actor
+from tools.eval.objectnav.agent import Agent
+from tools.eval.objectnav.goal_region import CLEARANCE, GoalRegion
+from tools.eval.objectnav.planners import Planner
+from tools.eval.oracle import OracleEncoder
+from tools.eval.tour import names_in_view
+
+# It does not remember what it sees: the protocol asks one question a home, and a third of the time would go there.
+FORGETFUL = RobotConfig(candidate_distance=np.inf, candidate_angle=np.inf)
+SCANS = 0.3  # s between lidar turns: three a step
+
+
+@dataclass(frozen=True, slots=True)
+class Episode:
+    """A question, how it ended, and the truth."""
+
+    home: str
+    planner: str
+    noun: str
+    ending: str  # "found", "explored" or "out of actions"
+    success: bool  # it says found, and stands within the clearance of an instance, in line of sight
+    spl: float  # success weighted by path length (Anderson et al. 2018)
+    cause: str  # why it failed; "" when it did not
+    actions: int
+    length: float  # m driven
+    shortest: float  # m, from the start to the nearest place where stopping counts
+    distance: float  # m to the nearest instance in line of sight at the end; infinite without
+    bumps: int
+    seen: bool  # some picture showed the object
+    confidence: float  # of the best close look; 0 without
+
+
+class Run:
+    """An episode as it goes on, action by action."""
+
+    def __init__(self, home: str, noun: str, planner: Planner, encoder, seed: int):
+        """``encoder``: one that is loaded, or None for the oracle."""
+        self.world = World(load_home(home), seed, WorldConfig(scan_period=SCANS))
+        encoder = encoder or OracleEncoder(self.world)
+        memory = Vlpg.open(":memory:", encoder.name, encoder.digest, encoder.dim)
+        self.robot = Robot(encoder, memory, self.world.config.camera_model, FORGETFUL)
+        target = Target.of(noun, encoder)
+        self.agent = Agent(self.robot, planner.exploration(self.robot, target, seed))
+        self.actor = Actor(self.world)
+        self.seen = False
+        self.bumps: list[int] = []  # numbers of the actions that ended at an obstacle
+        self.noun = noun
+        self._observation = self.world.step(None)
+
+    def step(self) -> None:
+        """One action: look, choose, carry it out."""
+        self.seen |= self.noun in names_in_view(self.world)
+        action = self.agent.act(self._observation)
+        if self.agent.ending:
+            return
+        bumps = self.world.contacts
+        self._observation = self.actor.act(action, self.robot.perceive)
+        if self.world.contacts > bumps:
+            self.bumps.append(self.agent.actions)
+
+    def in_map(self, places) -> np.ndarray:
+        """True ``places (N, 2)`` [m] of the house, in the frame that the robot's map began with."""
+        x, y, theta = self.world.house.start
+        cos, sin = np.cos(theta), np.sin(theta)
+        return (np.asarray(places) - (x, y)) @ np.array([[cos, -sin], [sin, cos]])
+
+    @property
+    def done(self) -> bool:
+        return bool(self.agent.ending)
+
+
+def explore(home: str, name: str, noun: str, planner: Planner, encoder, seed: int) -> Episode:
+    """Seek ``noun`` with the ``planner`` called ``name``; ``encoder`` None is the oracle."""
+    run = Run(home, noun, planner, encoder, seed)
+    start = run.world.truth[:2]
+    length, here = 0.0, start
+    while not run.done:
+        run.step()
+        length += float(np.hypot(*(run.world.truth[:2] - here)))
+        here = run.world.truth[:2]
+    region = GoalRegion(run.world.house, noun)
+    distance, shortest = region.distance(here), region.shortest_path(start)
+    best = run.agent.exploration.best
+    success = run.agent.ending == "found" and distance <= CLEARANCE
+    return Episode(
+        home=run.world.house.name,
+        planner=name,
+        noun=noun,
+        ending=run.agent.ending,
+        success=success,
+        spl=shortest / max(shortest, length) if success else 0.0,
+        cause="" if success else _cause(run, distance),
+        actions=run.agent.actions,
+        length=length,
+        shortest=shortest,
+        distance=distance,
+        bumps=len(run.bumps),
+        seen=run.seen,
+        confidence=best.confidence if best else 0.0,
+    )
+
+
+LAST = 50  # actions; a robot that bumped in a third of its last ones was caught
+
+
+def _cause(run: Run, distance: float) -> str:
+    ending, actions = run.agent.ending, run.agent.actions
+    if ending == "found":
+        return "stopped short" if distance <= 2 * CLEARANCE else "false positive"
+    if sum(bump > actions - LAST for bump in run.bumps) >= LAST / 3:
+        return "collision trap"
+    if run.seen:
+        return "seen but missed"
+    return "timeout" if ending == "out of actions" else "never seen"
