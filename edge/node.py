@@ -57,8 +57,8 @@ class Missions:
 class Node:
     """Runs missions of a robot on a base, and answers for it."""
 
-    def __init__(self, session, robot, missions: Missions, mapped=False, config=None):
-        """``mapped``: whether the home is known, so that the robot waits for requests instead of mapping it first."""
+    def __init__(self, session, robot, missions: Missions, mapped=False, config=None, wait=False):
+        """``mapped``: whether the home is known. If not, the robot maps it first, unless it is to ``wait``."""
         self.config = config or NodeConfig()
         self.robot, self.missions, self.mapped = robot, missions, mapped
         self._session = session
@@ -74,8 +74,8 @@ class Node:
             ("graph", requests.Graph, self._graph),
         ):
             self._inbox.on(f"{self.config.name}/{key}", kind, handler)
-        self._mission = None if mapped else missions.map_home(robot)
-        self._state = "idle" if mapped else "mapping"
+        self._mission = None if mapped or wait else missions.map_home(robot)
+        self._state = "idle" if self._mission is None else "mapping"
         self._asked_by: Exchange | None = None  # who waits for the mission to end
         self._object = ""  # what is being looked for
         self._started = self._driven = 0.0  # stamp and odometer when the mission began
@@ -273,6 +273,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(prog="vlpg robot", description="Map the home it wakes up in, then find things.")
     parser.add_argument("--name", default=NodeConfig.name, help="key root of this robot (default: %(default)s)")
     parser.add_argument("--memory", type=Path, default="home.vlpg", help="the home's store (default: %(default)s)")
+    parser.add_argument("--wait", action="store_true", help="do not map an unknown home; wait to be asked")
     parser.add_argument("--model", help="name or folder of the encoder (default: the shipped one)")
     parser.add_argument(
         "--offload", choices=["host", "never", "auto"], default="auto", help="who encodes text (default: %(default)s)"
@@ -315,10 +316,17 @@ def _run(options):
                 robot.grid = OccupancyGrid.from_bytes(saved)
             except ValueError as error:
                 raise StoreError(f"{options.memory}: {error}") from error
-        missions = Missions(
-            MapHome, lambda robot, find: FindObject(robot, Target.of(find.object, encoder), find.search_unknown)
-        )
-        node = Node(session, robot, missions, saved is not None, NodeConfig(name=options.name))
+
+        def find(robot, asked):
+            target = Target.of(asked.object, encoder)
+            if not asked.explore:
+                return FindObject(robot, target, asked.search_unknown)
+            from edge.missions.explore_for_object import ExploreForObject  # late: few ask for it
+
+            return ExploreForObject(robot, target)
+
+        config = NodeConfig(name=options.name)
+        node = Node(session, robot, Missions(MapHome, find), saved is not None, config, options.wait)
         node.run(stop)
 
 

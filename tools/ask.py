@@ -47,9 +47,9 @@ def check_words(words: str) -> None:
         raise AskError('say what to find, for example: vlpg find "the teddy bear"')
 
 
-def find(robot: RobotClient, words: str, search: bool, picture: Path | None) -> bool:
+def find(robot: RobotClient, words: str, search: bool, explore: bool, picture: Path | None) -> bool:
     """Ask, wait, and tell; whether it was found. An interrupt cancels the search and goes on up."""
-    reply = _answered(robot, Call(robot.find, words, search))
+    reply = _answered(robot, Call(robot.find, words, search, explore))
     for line in told(reply):
         print(line)
     if picture is not None:

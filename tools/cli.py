@@ -152,6 +152,9 @@ def bench_encoder(context: typer.Context) -> None:
 def find(
     words: Annotated[str, typer.Argument(metavar="OBJECT", help='what to find, such as "the teddy bear"')],
     search: Annotated[bool, typer.Option("--search", help="look at guesses too; answer with the best")] = False,
+    explore: Annotated[
+        bool, typer.Option("--explore", help="do not ask the memory; explore, as in a home never seen")
+    ] = False,
     picture: Annotated[Path | None, typer.Option(help="write the robot's last picture, with its box, there")] = None,
     name: Name = "robot1",
     connect: Connect = None,
@@ -166,7 +169,7 @@ def find(
     with _explained(*mistakes()):
         check_words(words)
         with robot_at(name, connect, listen, mode, config, no_multicast_scouting) as robot:
-            raise typer.Exit(0 if find(robot, words, search, picture) else NOT_FOUND)
+            raise typer.Exit(0 if find(robot, words, search, explore, picture) else NOT_FOUND)
 
 
 @app.command()

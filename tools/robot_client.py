@@ -28,9 +28,9 @@ class RobotClient:
     def status(self) -> requests.StatusReply:
         return self._ask("status", requests.Status(), requests.StatusReply)
 
-    def find(self, words: str, search_unknown: bool = False) -> requests.FindReply:
+    def find(self, words: str, search_unknown: bool = False, explore: bool = False) -> requests.FindReply:
         """Returns when the search has ended, minutes later."""
-        return self._ask("find", requests.Find(words, search_unknown), requests.FindReply, PATIENT)
+        return self._ask("find", requests.Find(words, search_unknown, explore), requests.FindReply, PATIENT)
 
     def tour(self) -> requests.TourReply:
         """Returns when the tour has ended, minutes later."""

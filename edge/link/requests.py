@@ -60,6 +60,7 @@ class Find(Body):
 
     object: Text
     search_unknown: bool = False  # look at the best guesses too, and answer with the best one
+    explore: bool = False  # ask the pictures on the way instead of the memory, as in a home never seen before
 
 
 class Hypothesis(Body):

@@ -1,6 +1,6 @@
 """Find a named object in a home never seen before: frontiers in the order of what the pictures promise ([U])."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,10 +20,12 @@ from edge.planning.acquisition import upper_confidence_bound
 class ExploreConfig:
     """How long to explore, and what counts as found."""
 
-    claimed: float = 0.2  # confidence of a claim after a close look, below which the search goes on
+    sure: float = 0.5  # confidence of a claim that ends the search; others are compared when all has been looked at
+    claimed: float = 0.2  # confidence below which the answer is "not found"
     beside: float = 0.9  # m from the object's nearest point to the floor that a way must lead to
     rechoose: float = 1.0  # s; a better frontier may have come into view
     time_limit: float = 600.0  # s; [U] allows 500 actions
+    enough: float = 480.0  # s, after which the best claim so far is the answer
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
 
 
@@ -39,29 +41,39 @@ class ExploreForObject(Mission):
         prompts = robot.encoder.encode_text(ensemble(target.name))
         self.exploration = Exploration(robot, target, prompts, _bound, config=self.config.exploration)
         self.spotter = Spotter(robot, target)
+        self.claims: list[Claim] = []
         self._started = self._driven = 0.0  # set by the first observation
         super().__init__(robot)
 
     def story(self) -> Story:
         robot = self.robot
         self._started, self._driven = robot.stamp, robot.distance
+        robot.coverage.forget()
         robot.memory.begin_tour()
-        claim = yield from self.watching(turn(robot, 2 * np.pi))
-        while claim is None and (frontier := self.exploration.next_frontier()) is not None:
-            claim = yield from self.watching(self.visit(frontier))
-        return self.ended("found" if claim else "not found", claim)
+        sure = yield from self.watching(turn(robot, 2 * np.pi))
+        while not sure and self.elapsed < self.config.enough and (frontier := self.exploration.next_frontier()):
+            sure = yield from self.watching(self.visit(frontier))
+        best = max(self.claims, key=lambda claim: claim.confidence, default=None)
+        if best is None or best.confidence < self.config.claimed:
+            return self.ended("not found", best)
+        if not sure:
+            centred = yield from self.spotter.approach(best.sighting)
+            best = best if centred is None else replace(best, sighting=centred)
+        return self.ended("found", best)
 
     def watching(self, action: Story) -> Story:
-        """Do that, and heed every picture meanwhile; the ``Claim`` that it led to, or None."""
+        """Do that, and heed every picture meanwhile; whether it led to a claim that is sure."""
         for twist in action:
             yield twist
             self.exploration.take_in()
             while self.exploration.goal is not None:
                 claim = yield from self.reach()
                 if claim is not None:
-                    return claim
+                    self.claims.append(claim)
+                    if claim.confidence >= self.config.sure:
+                        return True
                 self.exploration.refute()
-        return None
+        return False
 
     def visit(self, frontier: Frontier) -> Story:
         """Drive to a frontier as long as it is the best; there, look around if it still is one."""
@@ -102,22 +114,25 @@ class ExploreForObject(Mission):
         if centred is None:
             return None
         score = centred.detection.score  # there is no memory of the object beside what is seen now
-        claim = Claim(centred, score, self.robot.encoder.confidence(score, score))
-        return claim if claim.confidence >= self.config.claimed else None
+        return Claim(centred, score, self.robot.encoder.confidence(score, score))
+
+    @property
+    def elapsed(self) -> float:
+        """s since the question."""
+        return self.robot.stamp - self._started
 
     def step(self, observation):
         """One control step; gives up when the time limit has passed."""
         twist = super().step(observation)
-        if not self.done and self.robot.stamp - self._started > self.config.time_limit:
+        if not self.done and self.elapsed > self.config.time_limit:
             self.outcome = self.ended("timeout")
             return STOP
         return twist
 
     def ended(self, status: Status, claim: Claim | None = None) -> Outcome:
-        robot = self.robot
-        duration, distance = robot.stamp - self._started, robot.distance - self._driven
         confidence = claim.confidence if claim else 0.0
-        return Outcome(status, [], robot.memory.poses([]), claim, confidence, duration, distance)
+        distance = self.robot.distance - self._driven
+        return Outcome(status, [], self.robot.memory.poses([]), claim, confidence, self.elapsed, distance)
 
 
 def _bound(means, variances, distances):

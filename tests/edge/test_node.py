@@ -98,10 +98,10 @@ def found(robot):
 class Rig:
     """A node in a thread, and a base that publishes at the pace of the test."""
 
-    def __init__(self, sessions, missions, mapped=False):
+    def __init__(self, sessions, missions, mapped=False, wait=False):
         self.node_session, self.session = sessions
         self.robot = FakeRobot()
-        self.node = Node(self.node_session, self.robot, missions, mapped, NodeConfig(name="r", silent=0.3))
+        self.node = Node(self.node_session, self.robot, missions, mapped, NodeConfig(name="r", silent=0.3), wait)
         self.stop, self.commands, self.time = threading.Event(), [], 0.0
         self._subscriber = self.session.declare_subscriber("r/cmd_vel", self._take)
         self._publishing = threading.Event()
@@ -164,8 +164,8 @@ class Rig:
 def rig(sessions):
     rigs = []
 
-    def start(missions, mapped=False):
-        rigs.append(Rig(sessions, missions, mapped))
+    def start(missions, mapped=False, wait=False):
+        rigs.append(Rig(sessions, missions, mapped, wait))
         return rigs[-1]
 
     yield start
@@ -253,6 +253,20 @@ def test_a_known_home_is_toured_again_on_request(rig, sessions, monkeypatch):
     rig.until(lambda: rig.status().state == "idle")
     assert rig.status().outcome == "mapped" and len(straightened) == 1
     host.undeclare()
+
+
+def test_in_an_unknown_home_it_waits_if_told_to_and_explores_when_asked(rig):
+    asked = []
+
+    def find(robot, request):
+        asked.append(request)
+        return Drive(robot, 3, found(robot))
+
+    rig = rig(missions(find=find), wait=True)
+    rig.until(lambda: rig.status().stamp > 0)
+    assert rig.status().state == "idle" and not rig.status().mapped
+    assert rig.ask("find", requests.Find("cup", explore=True), requests.FindReply).status == "found"
+    assert asked == [requests.Find("cup", explore=True)] and not rig.status().mapped
 
 
 def test_a_tour_that_is_cut_short_or_cancelled_leaves_the_home_known(rig):

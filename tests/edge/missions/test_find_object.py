@@ -125,7 +125,7 @@ def test_a_search_nearby_knows_where_it_was_looked_in_vain(mapped):
         mission = FindObject(mapped.robot, Target.of("couch", mapped.robot.encoder))
         hypothesis = mission.recall()[0]
         if looked:
-            mission._in_vain.append(hypothesis.pose)
+            mission.spotter.in_vain.append(hypothesis.pose)
         next(mission.search_nearby(hypothesis))
         first.append(mission.replans[0])
     fresh, ruled_out = first

@@ -11,6 +11,8 @@ import time
 import psutil
 import pytest
 
+from tools.demo.processes import Supervisor, free_port, module
+
 BUDGET = 170.0  # MB, peak PSS of the robot with everything on board
 FLAT = {
     "name": "flat",
@@ -73,7 +75,7 @@ def test_maps_a_home_finds_and_reports(tmp_path):
     with start(tmp_path, "--speed", "8", "--object", "teddy bear", "--object", "armchair") as process:
         children = children_of(process)
         output = process.communicate(timeout=140)[0]
-    assert not any(child.is_running() for child in children.values())
+    assert not psutil.wait_procs(children.values(), timeout=5)[1]
     folder, report = report_of(tmp_path)
 
     mapping = report["mapping"]
@@ -111,7 +113,7 @@ def test_a_robot_that_is_killed_ends_the_demo_with_its_last_words(tmp_path):
         output = process.communicate(timeout=60)[0]
     assert process.returncode == 1
     assert "The robot process was ended by SIGKILL" in output and "Traceback" not in output
-    assert not any(child.is_running() for child in children.values())
+    assert not psutil.wait_procs(children.values(), timeout=5)[1]
     assert "The robot process was ended by SIGKILL" in report_of(tmp_path)[1]["notes"][0]
 
 
@@ -124,4 +126,27 @@ def test_an_interrupt_stops_all_processes(tmp_path, number):
         output = process.communicate(timeout=60)[0]
     assert process.returncode == 130, output
     assert "Traceback" not in output
-    assert not any(child.is_running() for child in children.values())
+    assert not psutil.wait_procs(children.values(), timeout=5)[1]
+
+
+@pytest.mark.timeout(150)
+def test_explores_a_home_never_seen_then_answers_from_memory(tmp_path):
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    there = ("--connect", endpoint, "--no-multicast-scouting")
+    with Supervisor(tmp_path) as processes:
+        base = ("--home", flat(tmp_path), "--speed", "8", "--listen", endpoint, "--no-multicast-scouting")
+        processes.start("sim", module("firmware_sim.node", *base))
+        processes.start("robot", module("edge.node", "--wait", "--memory", str(tmp_path / "home.vlpg"), *there))
+
+        def vlpg(*arguments):
+            command = [sys.executable, "-m", "tools.cli", *arguments, *there]
+            return subprocess.run(command, capture_output=True, text=True, timeout=120)
+
+        while "idle" not in (status := vlpg("status")).stdout:
+            processes.watch(0.2)
+        assert "not mapped" in status.stdout and " 0.0 m driven" in status.stdout
+        explored = vlpg("find", "--explore", "armchair")
+        assert explored.returncode == 0 and explored.stdout.startswith("found armchair at"), explored
+        remembered = vlpg("find", "armchair")
+        assert remembered.returncode == 0 and remembered.stdout.startswith("found armchair at"), remembered
+        processes.check()
