@@ -60,14 +60,14 @@ class Agent:
                 yield from self._settle_for(best.goal)
             elif (frontier := exploration.next_frontier()) is None:
                 yield from self._settle_for(best.goal if best else exploration.guess())
-            elif (action := self._toward(frontier.waypoint)) is not None:
+            elif (action := self.toward(frontier.waypoint)) is not None:
                 yield action
             elif self.path is None:
                 exploration.choice.drop(frontier.waypoint)
             else:  # there, and it is still a frontier: the camera has not looked beyond it
                 yield "left"
 
-    def _toward(self, place, near: float = 0.4) -> Action | None:
+    def toward(self, place, near: float = 0.4) -> Action | None:
         """The action that leads to ``place (2,)`` [m] or to within ``near`` of it; None there, or without a way."""
         self.path = route(self.robot, place, near)
         if self.path is None:
@@ -90,9 +90,9 @@ class Agent:
             if distance < self.config.near and abs(bearing) <= self.config.facing and not confirmed:
                 found = self.exploration.look_closely()
                 confirmed = found is not None and found.confidence >= self.config.sure
-            action = self._toward(goal.nearest(self.robot.pose), self.config.stop)
+            action = self.toward(goal.nearest(self.robot.pose), self.config.stop)
             if self.path is None and (frontier := self.exploration.next_frontier()) is not None:
-                action = self._toward(frontier.waypoint) or "left"
+                action = self.toward(frontier.waypoint) or "left"
             if distance > self.config.stop and action is not None:
                 yield action
             elif confirmed:
@@ -106,7 +106,7 @@ class Agent:
         """To the best guess: the object is here, as the protocol promises."""
         while goal is not None:
             distance, _ = self._offset(goal)
-            action = self._toward(goal.nearest(self.robot.pose), self.config.stop)
+            action = self.toward(goal.nearest(self.robot.pose), self.config.stop)
             if distance <= self.config.stop or action is None:
                 yield self._end("found")
             yield action

@@ -9,7 +9,7 @@ from edge.perception.prompts import Target
 from edge.robot import Robot, RobotConfig
 from firmware_sim.home import load_home
 from firmware_sim.world import World, WorldConfig
-from tools.eval.objectnav.actions import Actor
+from tools.eval.objectnav.actions import Action, Actor
 from tools.eval.objectnav.agent import Agent
 from tools.eval.objectnav.goal_region import CLEARANCE, GoalRegion
 from tools.eval.objectnav.planners import Planner
@@ -60,10 +60,17 @@ class Run:
 
     def step(self) -> None:
         """One action: look, choose, carry it out."""
+        action = self.choose()
+        if not self.done:
+            self.carry_out(action)
+
+    def choose(self) -> Action:
+        """What the robot does next, given what it sees."""
         self.seen |= self.noun in names_in_view(self.world)
-        action = self.agent.act(self._observation)
-        if self.agent.ending:
-            return
+        return self.agent.act(self._observation)
+
+    def carry_out(self, action: Action) -> None:
+        """Let it happen."""
         bumps = self.world.contacts
         self._observation = self.actor.act(action, self.robot.perceive)
         if self.world.contacts > bumps:

@@ -1,0 +1,107 @@
+"""Time of a replanning step of ObjectNav: ``python -m tools.bench.replanning`` explores homes on one thread.
+
+A step is what the robot does between two actions of [U]'s protocol: it localizes and maps what it has just seen, and
+encodes it, updates the relevance, finds the frontiers, chooses one, and plans the way there. [U] states 420 ms for its
+own, on a workstation with a GPU; that is another encoder, another map and another machine.
+"""
+
+import argparse
+import time
+from collections import defaultdict
+
+import cv2
+import numpy as np
+
+from edge.perception.encoder import Encoder
+from firmware_sim.home import load_home
+from firmware_sim.house import HouseError
+from models.manifest import DEFAULT, ModelError
+from tools.eval.objectnav.campaign import chosen
+from tools.eval.objectnav.episode import Run
+from tools.eval.objectnav.planners import PLANNERS
+from tools.eval.options import homes_named
+
+
+class Stopwatch:
+    """Adds up the time [s] that methods take, by the name of their stage, until it is read."""
+
+    def __init__(self):
+        self._spent: dict[str, float] = defaultdict(float)
+
+    def watch(self, owner, method: str, stage: str) -> None:
+        """From now on, time each call of ``owner``'s ``method``."""
+        function = getattr(owner, method)
+
+        def timed(*arguments, **options):
+            started = time.perf_counter()
+            try:
+                return function(*arguments, **options)
+            finally:
+                self._spent[stage] += time.perf_counter() - started
+
+        setattr(owner, method, timed)
+
+    def read(self) -> dict[str, float]:
+        """What was spent since the last reading."""
+        spent, self._spent = dict(self._spent), defaultdict(float)
+        return spent
+
+
+STAGES = ("localize and map", "encode", "relevance", "frontiers and choice", "plan")
+
+
+def steps_of(run: Run, watch: Stopwatch) -> list[dict[str, float]]:
+    """Seconds by stage, and of the whole ``step``, of each step of an episode in which a frontier was chosen."""
+    agent, steps = run.agent, []
+    for owner, method, stage in (
+        (run.robot, "perceive", STAGES[0]),
+        (agent.exploration.relevance, "integrate", STAGES[2]),
+        (agent.exploration, "next_frontier", STAGES[3]),
+        (agent, "toward", STAGES[4]),
+        (agent, "act", "step"),
+    ):
+        watch.watch(owner, method, stage)
+    while not run.done:
+        watch.read()  # what went on between the steps
+        action = run.choose()
+        spent = watch.read()
+        if run.done:
+            break
+        if STAGES[3] in spent:
+            steps.append(spent)
+        run.carry_out(action)
+    return steps
+
+
+def show(steps: list[dict[str, float]]) -> str:
+    """Median and 95 % quantile of each stage [ms], and of the whole."""
+    lines = [f"{'stage':22} {'p50':>7} {'p95':>7} {'max':>7}  ms, of {len(steps)} steps"]
+    for stage in (*STAGES, "step"):
+        times = 1000 * np.array([step.get(stage, 0.0) for step in steps])
+        p50, p95 = np.quantile(times, (0.5, 0.95))
+        lines.append(f"{stage:22} {p50:7.1f} {p95:7.1f} {times.max():7.1f}")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--homes", default="generated:200-204", help="names, files, generated:SEED or generated:A-B")
+    parser.add_argument("--encoder", default=DEFAULT, metavar="MODEL", help="a model's name")
+    parser.add_argument("--planner", choices=list(PLANNERS), default="I-FBE2")
+    parser.add_argument("--seed", type=int, default=0, help="of all noise")
+    options = parser.parse_args()
+    cv2.setNumThreads(1)
+    watch, steps = Stopwatch(), []
+    try:
+        encoder = Encoder.load(options.encoder)
+        watch.watch(encoder, "encode_image", STAGES[1])
+        for home in homes_named(options.homes):
+            (noun,) = chosen(load_home(home), 1)
+            steps += steps_of(Run(home, noun, PLANNERS[options.planner], encoder, options.seed), watch)
+    except (HouseError, ModelError) as error:
+        parser.exit(2, f"tools.bench.replanning: {error}\n")
+    print(show(steps))
+
+
+if __name__ == "__main__":
+    main()
