@@ -20,8 +20,8 @@ class ActorConfig:
     """How the base carries an action out, by its own odometry."""
 
     speed: float = 0.5  # m/s
-    turn_rate: float = 1.5  # rad/s
-    gain: float = 3.0  # 1/s
+    turn_rate: float = 1.8  # rad/s
+    gain: float = 5.0  # 1/s
     distance: float = 0.01  # m, and
     angle: float = radians(1.0)  # rad from the end of the action count as there
     patience: int = 25  # control steps of 0.1 s that an action may take, and
