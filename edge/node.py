@@ -30,6 +30,7 @@ from edge.memory.database import StoreError
 from edge.memory.store import Vlpg
 from edge.observation import STOP
 from edge.process import MemoryUse, cache_file, give_back_large_blocks, stop_event
+from edge.service import Service
 from models.manifest import Manifest, ModelError, resolve
 
 log = logging.getLogger(__name__)
@@ -92,8 +93,11 @@ class Node:
 
     def run(self, stop: threading.Event):
         """Works until ``stop`` is set, then stops the robot and saves the map."""
+        service = Service()
+        service.ready()
         try:
             while not stop.is_set():
+                service.alive()
                 self._wake.wait(0.1)
                 self._wake.clear()
                 self._inbox.serve()
@@ -298,7 +302,7 @@ def _run(options):
     from edge.robot import Robot
 
     manifest = Manifest.load(resolve(options.model) if options.model else resolve())
-    manifest.verify()
+    manifest.verify(text=options.offload != "host")
     images = Encoder(manifest, text=False)
     stop = stop_event()
     give_back_large_blocks()

@@ -29,6 +29,18 @@ def test_the_shipped_model_is_intact():
     assert manifest.name == "lite0-minilm" and manifest.dim == 384
 
 
+def test_a_robot_that_leaves_text_to_a_host_needs_no_text_tower(tmp_path):
+    source = Manifest.load(resolve())
+    for file in source.image_files:
+        shutil.copy(source.folder / file.name, tmp_path)
+    shutil.copy(source.folder / "manifest.json", tmp_path)
+    copied = Manifest.load(tmp_path)
+    copied.verify(text=False)
+    assert copied.digest == source.digest and not any("text" in file.name for file in copied.image_files)
+    with pytest.raises(ModelError, match="text.onnx is missing|tokenizer.json is missing"):
+        copied.verify()
+
+
 def test_every_file_of_the_folder_but_manifest_and_card_is_listed():
     manifest = Manifest.load(resolve())
     there = {path.name for path in manifest.folder.iterdir() if path.suffix not in (".md", ".jpg")} - {"manifest.json"}
