@@ -78,6 +78,8 @@ def _is_link_flag(argument: str) -> bool:
 
 def _become(module: str, arguments: list[str]) -> None:
     """Replace this process by ``python -m module``: on a small robot, nothing of the command line stays in memory."""
+    os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads' stacks are 176 MB of address space
     sys.stdout.flush()
     os.execv(sys.executable, [sys.executable, "-P", "-m", module, *arguments])
 
@@ -98,6 +100,18 @@ def robot(context: typer.Context) -> None:
 def host(context: typer.Context) -> None:
     """Run the host, which takes work off robots (vlpg host --help)."""
     _join("host.node", context.args, "--connect")
+
+
+@app.command(context_settings=_PASSED_ON, add_help_option=False)
+def doctor(context: typer.Context) -> None:
+    """Look whether this machine can run the robot, and say what to do if not (vlpg doctor --help)."""
+    _become("edge.doctor", context.args)
+
+
+@app.command(context_settings=_PASSED_ON, add_help_option=False)
+def deploy(context: typer.Context) -> None:
+    """Put the robot on a board (vlpg deploy --help)."""
+    _become("tools.deploy.command", context.args)
 
 
 @eval_app.command("find", context_settings=_PASSED_ON, add_help_option=False)

@@ -1,0 +1,213 @@
+"""``vlpg doctor``: can this machine run the robot? Each check says what it found and, if that is bad, what to do."""
+
+import argparse
+import os
+import platform
+import shutil
+import sqlite3
+import statistics
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as version_of
+from pathlib import Path
+
+from edge.link.session import LinkError, add_link_arguments, link_config
+from edge.process import pss
+from models.manifest import Manifest, ModelError, resolve
+
+PACKAGES = ("numpy", "onnxruntime", "opencv-python-headless", "eclipse-zenoh", "pycdr2", "msgspec", "nlopt", "numkong")
+# What int8 products gain from, as the kernel names it: ARM's and Intel's.
+FEATURES = ("asimddp", "i8mm", "sve", "avx2", "avx_vnni", "avx512_vnni", "amx_int8")
+NEEDED = {"asimd", "avx2"}  # one of them; without, ONNX Runtime's int8 is slower than float32
+FREE_MEMORY, FREE_DISK = 200.0, 300.0  # MB: the robot's budget and some, two installed versions
+PASSES = 20  # of the image tower, for its time
+STEP = 100.0  # ms, a control step: a pass must leave room in it
+PARITY_SLACK = 0.005  # cosine that int8 kernels of other processors may differ by
+PATIENCE = 3.0  # s for the others to be heard
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that was looked at. Without a ``remedy`` it is good."""
+
+    subject: str
+    found: str
+    remedy: str = ""
+
+    def __str__(self):
+        verdict = f"BAD   {self.remedy}" if self.remedy else "ok"
+        return f"{self.subject:12} {self.found:60} {verdict}".rstrip()
+
+
+def machine() -> Iterator[Finding]:
+    """Processor, memory, disk and the settings of this process."""
+    python = f"Python {platform.python_version()} on {platform.machine()}, {os.cpu_count()} cores"
+    old = sys.version_info < (3, 11)
+    yield Finding("python", python, "install Python 3.11 or newer" if old else "")
+    flags = _cpu_flags()
+    helpful = [name for name in FEATURES if name in flags] or ["none of those that speed int8 up"]
+    slow = flags and not NEEDED & flags
+    yield Finding("processor", ", ".join(helpful), "expect seconds a picture; use a newer board" if slow else "")
+    free = _free_memory()
+    remedy = f"free {FREE_MEMORY:.0f} MB, or use --offload host" if 0 < free < FREE_MEMORY else ""
+    yield Finding("memory", f"{free:.0f} MB available", remedy)
+    disk = shutil.disk_usage(Path(__file__).parent).free / 1e6
+    yield Finding("disk", f"{disk:.0f} MB free", f"free {FREE_DISK:.0f} MB" if disk < FREE_DISK else "")
+    for name in ("ORT_DISABLE_TELEMETRY", "OPENBLAS_NUM_THREADS"):
+        value = os.environ.get(name, "")
+        remedy = "" if value == "1" else f"export {name}=1, as the installed vlpg-robot and the vlpg command do"
+        yield Finding("setting", f"{name}={value}", remedy)
+    year = time.gmtime().tm_year
+    yield Finding("clock", time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()), "set the clock" if year < 2026 else "")
+
+
+def packages() -> Iterator[Finding]:
+    """Versions of what the robot imports."""
+    for name in PACKAGES:
+        try:
+            yield Finding("package", f"{name} {version_of(name)}")
+        except PackageNotFoundError:
+            yield Finding("package", f"{name} is missing", "install the robot again: install.sh, or pip install .")
+
+
+def model(name: str | None, text: bool) -> Iterator[Finding]:
+    """Are the weights whole, do they mean here what they meant where they were made, and how fast are they?"""
+    import cv2
+    import numpy as np
+
+    from edge.perception.encoder import Encoder
+
+    try:
+        manifest = Manifest.load(resolve(name) if name else resolve())
+        manifest.verify(text)
+    except ModelError as error:
+        yield Finding("model", "not whole", str(error))
+        return
+    yield Finding("model", f"{manifest.name}, {manifest.dim}-d, {'with' if text else 'without'} text tower")
+    encoder = Encoder(manifest, text)
+    reference = manifest.folder / "reference.npz"
+    if not reference.is_file():
+        yield Finding("image tower", "the model has no reference.npz to compare with")
+        return
+    with np.load(reference) as known:
+        jpegs, images, prompts, texts = (known[key] for key in ("jpegs", "image", "prompts", "text"))
+        ends = np.cumsum(known["lengths"])
+    pictures = [cv2.imdecode(part, cv2.IMREAD_COLOR)[..., ::-1] for part in np.split(jpegs, ends[:-1])]
+    alike = [np.sum(encoder.encode_image(rgb).vectors * want, axis=1) for rgb, want in zip(pictures, images)]
+    yield _parity("image tower", float(np.median(alike)), manifest.measured.get("image_parity"))
+    times = []
+    for _ in range(PASSES):
+        started = time.perf_counter()
+        encoder.encode_image(pictures[0])
+        times.append(1000 * (time.perf_counter() - started))
+    took = statistics.median(times)
+    remedy = "use a smaller model or a faster board" if took > STEP else ""
+    yield Finding("image tower", f"{took:.1f} ms a picture", remedy)
+    if text:
+        alike = np.sum(encoder.encode_text(prompts.tolist()) * texts, axis=1)
+        yield _parity("text tower", float(np.median(alike)), manifest.measured.get("text_parity"))
+    yield Finding("memory", f"{pss():.0f} MB PSS with the towers open")
+
+
+def store(path: Path, digest: str | None) -> Iterator[Finding]:
+    """Is a home's memory whole, and this model's? It is only read."""
+    if not path.is_file():
+        yield Finding("store", f"{path} does not exist", "map the home first, or correct --memory")
+        return
+    try:
+        db = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+        try:
+            damage = db.execute("PRAGMA quick_check(1)").fetchone()[0]
+            meta = dict(db.execute("SELECT key, value FROM meta"))
+            nodes = db.execute("SELECT count(*) FROM node WHERE superseded_by IS NULL").fetchone()[0]
+        finally:
+            db.close()
+    except sqlite3.Error as error:
+        yield Finding("store", f"{path} cannot be read ({error})", "restore it from a copy, or map the home again")
+        return
+    other = digest is not None and meta.get("digest") != digest
+    remedy = f"it is {meta.get('encoder')}'s; run vlpg reindex {path}" if other else ""
+    if damage != "ok":
+        remedy = f"it is damaged ({damage}); restore it from a copy, or map the home again"
+    size = path.stat().st_size / 1e6
+    yield Finding("store", f"{path}: {nodes} nodes of {meta.get('encoder')}, {size:.1f} MB", remedy)
+
+
+def link(config, name: str, offload: bool) -> Iterator[Finding]:
+    """Is the base there, and a host if one is needed?"""
+    from edge.link.alive import Watch
+    from edge.link.session import open_session
+
+    try:
+        session = open_session(config)
+    except LinkError as error:
+        yield Finding("link", "no session", str(error))
+        return
+    with session:
+        base, host = Watch(session, f"{name}/alive/base"), Watch(session, "host/alive/*")
+        there = base.wait(bool, PATIENCE)
+        yield Finding("base", "alive" if there else "not heard", "" if there else "start the base, or its bridge")
+        there = host.wait(bool, 0.0 if not offload else PATIENCE)
+        remedy = "start vlpg host, or use --offload auto" if offload and not there else ""
+        yield Finding("host", "alive" if there else "not heard", remedy)
+
+
+def main(arguments=None):
+    """``python -m edge.doctor``. Exit code 1: something is bad."""
+    parser = argparse.ArgumentParser(prog="vlpg doctor", description="Can this machine run the robot?")
+    parser.add_argument("--name", default="robot1", help="key root of the robot (default: %(default)s)")
+    parser.add_argument("--memory", type=Path, metavar="FILE", help="also check this store")
+    parser.add_argument("--model", help="name or folder of the encoder (default: the shipped one)")
+    parser.add_argument("--offload", choices=["host", "never", "auto"], default="auto", help="who encodes text")
+    parser.add_argument("--no-link", action="store_true", help="do not look for the base and a host")
+    add_link_arguments(parser)
+    options = parser.parse_args(arguments)
+    text, bad = options.offload != "host", 0
+    checks = [machine(), packages(), model(options.model, text)]
+    if options.memory:
+        checks.append(store(options.memory, _digest(options.model)))
+    if not options.no_link:
+        checks.append(link(link_config(options), options.name, not text))
+    for check in checks:
+        for finding in check:
+            bad += bool(finding.remedy)
+            print(finding, flush=True)
+    raise SystemExit(1 if bad else 0)
+
+
+def _parity(subject: str, cosine: float, stated: float | None) -> Finding:
+    low = stated is not None and cosine < stated - PARITY_SLACK
+    remedy = f"the card says {stated:g}: report this processor with its ONNX Runtime" if low else ""
+    return Finding(subject, f"cosine {cosine:.4f} to float32", remedy)
+
+
+def _digest(name: str | None) -> str | None:
+    try:
+        return Manifest.load(resolve(name) if name else resolve()).digest
+    except ModelError:
+        return None  # the model check says so
+
+
+def _cpu_flags() -> set[str]:
+    """What the kernel says that the processor can do; empty where it does not."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return set()
+    return {flag for line in lines if line.startswith(("flags", "Features")) for flag in line.split(":", 1)[1].split()}
+
+
+def _free_memory() -> float:
+    """MB that processes can have without swapping; 0 where the kernel does not tell."""
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+    except OSError:
+        return 0.0
+    return sum(int(line.split()[1]) * 1024 / 1e6 for line in lines if line.startswith("MemAvailable:"))
+
+
+if __name__ == "__main__":
+    main()

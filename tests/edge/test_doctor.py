@@ -1,0 +1,88 @@
+"""What the doctor sees, and what it prescribes."""
+
+import sqlite3
+import subprocess
+import sys
+
+import pytest
+
+from edge import doctor
+from edge.link.alive import declare_alive
+from edge.link.session import LinkConfig, open_session
+from edge.memory.store import Vlpg
+from models.manifest import Manifest, resolve
+
+
+def test_this_machine_can_run_the_robot_and_the_model_is_sound():
+    environment = {"ORT_DISABLE_TELEMETRY": "1", "OPENBLAS_NUM_THREADS": "1", "PATH": "/usr/bin:/bin"}
+    done = subprocess.run(
+        [sys.executable, "-m", "edge.doctor", "--no-link"], capture_output=True, text=True, timeout=60, env=environment
+    )
+    lines = done.stdout.splitlines()
+    assert not [line for line in lines if "BAD" in line and not line.startswith(("memory", "disk"))], done.stdout
+    assert sum(line.startswith("package") for line in lines) == len(doctor.PACKAGES)
+    assert any(line.startswith("image tower  cosine 0.99") for line in lines) and "Traceback" not in done.stderr
+
+
+def test_settings_of_an_unprepared_shell_are_told(monkeypatch):
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    bad = [finding for finding in doctor.machine() if finding.subject == "setting" and finding.remedy]
+    assert any("export OPENBLAS_NUM_THREADS=1" in finding.remedy for finding in bad)
+
+
+def test_a_model_that_is_not_whole(tmp_path):
+    (finding,) = doctor.model(str(tmp_path / "none"), text=True)
+    assert "no model named" in finding.remedy
+
+
+def test_a_missing_package_is_named(monkeypatch):
+    monkeypatch.setattr(doctor, "PACKAGES", ("numpy", "no-such-thing"))
+    good, bad = doctor.packages()
+    assert not good.remedy and "no-such-thing is missing" in bad.found and "install" in bad.remedy
+
+
+def store_of(path, digest="abc"):
+    with Vlpg.open(path, "tower", digest, 4):
+        pass
+    return path
+
+
+def test_a_whole_store_of_the_model(tmp_path):
+    (finding,) = doctor.store(store_of(tmp_path / "home.vlpg"), "abc")
+    assert not finding.remedy and "0 nodes of tower" in finding.found
+
+
+@pytest.mark.parametrize("how", ["other", "damaged", "absent", "not a store"])
+def test_a_store_that_cannot_be_used(tmp_path, how):
+    path = store_of(tmp_path / "home.vlpg")
+    if how == "damaged":
+        db = sqlite3.connect(path)
+        db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        db.close()
+        content = bytearray(path.read_bytes())
+        content[100:2000] = bytes(1900)
+        path.write_bytes(content)
+    elif how == "absent":
+        path.unlink()
+    elif how == "not a store":
+        path.write_text("a diary")
+    before = path.read_bytes() if path.exists() else None
+    (finding,) = doctor.store(path, "another" if how == "other" else "abc")
+    assert finding.remedy and (how != "other" or "vlpg reindex" in finding.remedy)
+    assert (path.read_bytes() if path.exists() else None) == before
+
+
+def test_who_is_alive_on_the_link_and_who_is_not(endpoint, monkeypatch):
+    monkeypatch.setattr(doctor, "PATIENCE", 0.5)
+    (nobody,) = doctor.link(LinkConfig((endpoint,), mode="client", multicast_scouting=False), "r", False)
+    assert "nobody answers" in nobody.remedy
+    with open_session(LinkConfig(listen=(endpoint,), multicast_scouting=False)) as session:
+        token = declare_alive(session, "r/alive/base")
+        found = list(doctor.link(LinkConfig((endpoint,), mode="client", multicast_scouting=False), "r", True))
+        assert [(f.subject, f.found) for f in found] == [("base", "alive"), ("host", "not heard")]
+        assert not found[0].remedy and "start vlpg host" in found[1].remedy
+        token.undeclare()
+
+
+def test_the_digest_is_the_models():
+    assert doctor._digest(None) == Manifest.load(resolve()).digest and doctor._digest("none") is None

@@ -1,0 +1,110 @@
+"""One archive with all that a robot is, and the script that installs it; the same inputs give the same bytes."""
+
+import gzip
+import hashlib
+import io
+import json
+import tarfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from models.manifest import Manifest
+from tools.deploy.target import TOKENIZERS, Target, version
+from tools.deploy.wheels import fetch, read_lock
+
+ROOT = Path(__file__).parents[2]
+BOARD = Path(__file__).parent / "board"  # what is written for the board's own shell and service manager
+CODE = ("edge", "models")
+
+
+@dataclass(frozen=True)
+class BundleConfig:
+    """What goes in."""
+
+    target: Target
+    model: Manifest
+    offload: bool = False  # a host encodes text: no text tower, no tokenizer
+
+    @property
+    def name(self) -> str:
+        """Of the archive, without its ending, and of the folder in it."""
+        return f"vlpg-edge-{version()}-{self.target.name}{'-offload' if self.offload else ''}"
+
+
+def make(config: BundleConfig, out: Path, cache: Path) -> Path:
+    """Write the archive into folder ``out`` and return its path; wheels are kept in ``cache``.
+
+    Raises DeployError or ModelError, and leaves no half of an archive.
+    """
+    config.model.verify(text=not config.offload)
+    locked = [one for one in read_lock(config.target) if not (config.offload and one.name == TOKENIZERS)]
+    content = {f"wheels/{wheel.name}": wheel.read_bytes() for wheel in fetch(config.target, locked, cache)}
+    content |= _code() | _model(config) | _board(config)
+    content["wheels.sha256"] = _sums(content, "wheels/")
+    about = {
+        "version": version(),
+        "machine": config.target.machine,
+        "python": config.target.python,
+        "model": config.model.name,
+        "digest": config.model.digest,
+        "offload": config.offload,
+    }
+    content["about.json"] = (json.dumps(about, indent=1) + "\n").encode()
+    content["release"] = f"{hashlib.sha256(_sums(content, '')).hexdigest()[:12]}\n".encode()
+    path = out / f"{config.name}.tar.gz"
+    partial = path.with_suffix(".part")
+    out.mkdir(parents=True, exist_ok=True)
+    with partial.open("wb") as stream:
+        _write(content, config.name, stream)
+    partial.rename(path)
+    return path
+
+
+def _code() -> dict[str, bytes]:
+    files = [ROOT / "LICENSE", *(file for folder in CODE for file in (ROOT / folder).rglob("*.py"))]
+    return {f"app/{file.relative_to(ROOT)}": file.read_bytes() for file in files}
+
+
+def _model(config: BundleConfig) -> dict[str, bytes]:
+    files = config.model.image_files if config.offload else config.model.files
+    names = [file.name for file in files] + ["manifest.json"]
+    names += ["MODEL_CARD.md"] if (config.model.folder / "MODEL_CARD.md").is_file() else []  # licences and credits
+    folder = f"app/models/{config.model.folder.name}"
+    return {f"{folder}/{name}": (config.model.folder / name).read_bytes() for name in names}
+
+
+def _board(config: BundleConfig) -> dict[str, bytes]:
+    """The script, the unit and the settings, with what depends on the bundle filled in."""
+    words = {
+        "@PYTHON@": config.target.python,
+        "@MACHINE@": config.target.machine,
+        "@MODEL@": config.model.folder.name,
+        "@OFFLOAD@": "host" if config.offload else "auto",
+        # MB of PSS, DESIGN's budget for a board of 512 MB; the kernel counts a little otherwise, so there is room
+        "@MEMORY@": "160M" if config.offload else "200M",
+    }
+    found = {}
+    for file in BOARD.iterdir():
+        text = file.read_text()
+        for word, value in words.items():
+            text = text.replace(word, value)
+        found[file.name] = text.encode()
+    return found
+
+
+def _sums(content: dict[str, bytes], under: str) -> bytes:
+    """As ``sha256sum`` writes and checks them."""
+    names = sorted(name for name in content if name.startswith(under))
+    return "".join(f"{hashlib.sha256(content[name]).hexdigest()}  {name}\n" for name in names).encode()
+
+
+def _write(content: dict[str, bytes], top: str, stream) -> None:
+    """Sorted, without times, owners and the archiver's own name: nothing but the content makes a difference."""
+    # Wheels are compressed already; the highest level would cost a minute for nothing.
+    with gzip.GzipFile(filename="", mode="wb", fileobj=stream, mtime=0, compresslevel=6) as packed:
+        with tarfile.open(fileobj=packed, mode="w", format=tarfile.USTAR_FORMAT) as archive:
+            for name in sorted(content):
+                member = tarfile.TarInfo(f"{top}/{name}")
+                member.size = len(content[name])
+                member.mode = 0o755 if name.endswith(".sh") else 0o644
+                archive.addfile(member, io.BytesIO(content[name]))
