@@ -36,6 +36,20 @@ def make(config: BundleConfig, out: Path, cache: Path) -> Path:
 
     Raises DeployError or ModelError, and leaves no half of an archive.
     """
+    content = contents(config, cache)
+    path = out / f"{config.name}.tar.gz"
+    partial = path.with_suffix(".part")
+    out.mkdir(parents=True, exist_ok=True)
+    # Wheels are compressed already; the highest level would cost a minute for nothing.
+    with partial.open("wb") as stream:
+        with gzip.GzipFile(filename="", mode="wb", fileobj=stream, mtime=0, compresslevel=6) as packed:
+            pack(content, config.name, packed)
+    partial.rename(path)
+    return path
+
+
+def contents(config: BundleConfig, cache: Path) -> dict[str, bytes]:
+    """The files of a bundle by their names in it. Raises DeployError or ModelError."""
     config.model.verify(text=not config.offload)
     locked = [one for one in read_lock(config.target) if not (config.offload and one.name == TOKENIZERS)]
     content = {f"wheels/{wheel.name}": wheel.read_bytes() for wheel in fetch(config.target, locked, cache)}
@@ -51,13 +65,20 @@ def make(config: BundleConfig, out: Path, cache: Path) -> Path:
     }
     content["about.json"] = (json.dumps(about, indent=1) + "\n").encode()
     content["release"] = f"{hashlib.sha256(_sums(content, '')).hexdigest()[:12]}\n".encode()
-    path = out / f"{config.name}.tar.gz"
-    partial = path.with_suffix(".part")
-    out.mkdir(parents=True, exist_ok=True)
-    with partial.open("wb") as stream:
-        _write(content, config.name, stream)
-    partial.rename(path)
-    return path
+    return content
+
+
+def pack(content: dict[str, bytes], top: str, stream) -> None:
+    """Write files as a tar archive, below the folder ``top``.
+
+    Sorted, without times, owners and the archiver's own name: nothing but the content makes a difference.
+    """
+    with tarfile.open(fileobj=stream, mode="w|", format=tarfile.USTAR_FORMAT) as archive:
+        for name in sorted(content):
+            member = tarfile.TarInfo(f"{top}/{name}")
+            member.size = len(content[name])
+            member.mode = 0o755 if name.endswith(".sh") else 0o644
+            archive.addfile(member, io.BytesIO(content[name]))
 
 
 def _code() -> dict[str, bytes]:
@@ -96,15 +117,3 @@ def _sums(content: dict[str, bytes], under: str) -> bytes:
     """As ``sha256sum`` writes and checks them."""
     names = sorted(name for name in content if name.startswith(under))
     return "".join(f"{hashlib.sha256(content[name]).hexdigest()}  {name}\n" for name in names).encode()
-
-
-def _write(content: dict[str, bytes], top: str, stream) -> None:
-    """Sorted, without times, owners and the archiver's own name: nothing but the content makes a difference."""
-    # Wheels are compressed already; the highest level would cost a minute for nothing.
-    with gzip.GzipFile(filename="", mode="wb", fileobj=stream, mtime=0, compresslevel=6) as packed:
-        with tarfile.open(fileobj=packed, mode="w", format=tarfile.USTAR_FORMAT) as archive:
-            for name in sorted(content):
-                member = tarfile.TarInfo(f"{top}/{name}")
-                member.size = len(content[name])
-                member.mode = 0o755 if name.endswith(".sh") else 0o644
-                archive.addfile(member, io.BytesIO(content[name]))

@@ -1,44 +1,106 @@
-"""``vlpg deploy``: put the robot on a board."""
+"""``vlpg deploy``: put the robot on a board, and look after it there."""
 
 import argparse
 from pathlib import Path
 
 from edge.process import cache_file
 from models.manifest import DEFAULT, Manifest, ModelError, resolve, sha256
-from tools.deploy.bundle import BundleConfig, make
+from tools.deploy.bundle import BundleConfig, contents, make
+from tools.deploy.remote import SSH, Board
 from tools.deploy.target import MACHINES, PYTHONS, DeployError, Target
 from tools.deploy.wheels import resolve as resolve_wheels
 from tools.deploy.wheels import write_lock
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """``vlpg deploy``."""
+    """``vlpg deploy``. Exit code 1: the board's doctor found something bad."""
     parser = argparse.ArgumentParser(prog="vlpg deploy", description=__doc__.split(": ", 1)[1])
     commands = parser.add_subparsers(dest="command", required=True)
-    bundle = commands.add_parser("bundle", help="make one archive of the robot, that installs without a network")
-    bundle.add_argument("--model", default=DEFAULT, help="name or folder of the encoder (default: %(default)s)")
-    bundle.add_argument("--offload", action="store_true", help="leave the text tower to a host")
+
+    def command(name: str, does, told: str) -> argparse.ArgumentParser:
+        added = commands.add_parser(name, help=told, description=told)
+        added.set_defaults(does=does)
+        return added
+
+    bundle = command("bundle", _bundle, "make one archive of the robot, that installs without a network")
+    lock = command("lock", _lock, "choose the newest wheels of the robot's dependencies, for later bundles")
+    push = command("push", _push, "install the robot on a board over ssh, and let its doctor look at it")
+    status = command("status", _status, "which version is installed, and how the service is")
+    logs = command("logs", _logs, "what the robot writes")
+    rollback = command("rollback", _rollback, "go back to the version before")
+    for made in (bundle, push):
+        made.add_argument("--model", default=DEFAULT, help="name or folder of the encoder (default: %(default)s)")
+        made.add_argument("--offload", action="store_true", help="leave the text tower to a host")
     bundle.add_argument("--out", type=Path, default=Path("."), metavar="FOLDER", help="where it is written")
-    lock = commands.add_parser("lock", help="choose the newest wheels of the robot's dependencies, for later bundles")
-    for command in (bundle, lock):
-        command.add_argument("--target", choices=MACHINES, default=Target.machine, help="default: %(default)s")
-        command.add_argument("--python", choices=PYTHONS, default=Target.python, help="default: %(default)s")
+    for made in (bundle, lock):
+        made.add_argument("--target", choices=MACHINES, default=Target.machine, help="default: %(default)s")
+        made.add_argument("--python", choices=PYTHONS, default=Target.python, help="default: %(default)s")
+    for there in (push, status, logs, rollback):
+        there.add_argument("board", metavar="USER@BOARD")
+        there.add_argument("--ssh", default=SSH, metavar="COMMAND", help="default: %(default)s")
+        there.add_argument("--root", default="", metavar="DIR", help="installed below that folder of the board")
+    logs.add_argument("--follow", action="store_true", help="go on until Ctrl-C")
     options = parser.parse_args(arguments)
-    target = Target(options.target, options.python)
     try:
-        if options.command == "lock":
-            locked = resolve_wheels(target)
-            write_lock(target, locked)
-            print("\n".join(f"{one.name} {one.version}" for one in locked))
-        else:
-            config = BundleConfig(target, Manifest.load(resolve(options.model)), options.offload)
-            cache = cache_file(f"wheels/{target.name}") or Path("wheels") / target.name
-            path = make(config, options.out, cache)
-            print(f"{path}  {path.stat().st_size / 1e6:.1f} MB  sha256 {sha256(path)}")
+        raise SystemExit(options.does(options))
     except (DeployError, ModelError, OSError) as error:
         parser.exit(2, f"vlpg deploy {options.command}: {error}\n")
     except KeyboardInterrupt:
         parser.exit(130, "")
+
+
+def _bundle(options) -> int:
+    config = BundleConfig(
+        Target(options.target, options.python), Manifest.load(resolve(options.model)), options.offload
+    )
+    path = make(config, options.out, _cache(config.target))
+    print(f"{path}  {path.stat().st_size / 1e6:.1f} MB  sha256 {sha256(path)}")
+    return 0
+
+
+def _lock(options) -> int:
+    target = Target(options.target, options.python)
+    locked = resolve_wheels(target)
+    write_lock(target, locked)
+    print("\n".join(f"{one.name} {one.version}" for one in locked))
+    return 0
+
+
+def _push(options) -> int:
+    board, model = _board(options), Manifest.load(resolve(options.model))
+    facts = board.probe()
+    print(f"{options.board}: {facts}")
+    config = BundleConfig(facts.target(), model, options.offload)
+    number, size = board.send(contents(config, _cache(config.target)))
+    print(f"sent {number} files, {size / 1e6:.1f} MB; what had not changed was there already")
+    print(board.install().strip())
+    table, well = board.doctor(options.offload)
+    print(table.rstrip())
+    return 0 if well else 1
+
+
+def _status(options) -> int:
+    board = _board(options)
+    release = board.release()
+    print(f"installed: {release or 'nothing'}")
+    return 1 if not release else 0 if options.root else board.attach("systemctl --no-pager status vlpg-robot")
+
+
+def _logs(options) -> int:
+    return _board(options).attach(f"journalctl --unit vlpg-robot --lines 100 --no-pager {'--follow' * options.follow}")
+
+
+def _rollback(options) -> int:
+    print(_board(options).rollback().strip())
+    return 0
+
+
+def _board(options) -> Board:
+    return Board(options.board, options.ssh, options.root)
+
+
+def _cache(target: Target) -> Path:
+    return cache_file(f"wheels/{target.name}") or Path("wheels") / target.name
 
 
 if __name__ == "__main__":

@@ -62,7 +62,7 @@ def version() -> str:
 def _setup() -> configparser.ConfigParser:
     setup = configparser.ConfigParser()
     if not setup.read(SETUP):
-        raise DeployError("there is no setup.cfg; run vlpg deploy from a clone of the project, installed with --editable")
+        raise DeployError("there is no setup.cfg; run vlpg deploy from a clone of the project")
     return setup
 
 

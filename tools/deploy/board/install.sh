@@ -65,7 +65,9 @@ for part in node:vlpg-robot doctor:vlpg-doctor; do
     cat > "$base/bin/${part#*:}" <<END
 #!/bin/sh
 # The installed robot's own packages and no others. Telemetry of ONNX Runtime off, one thread for BLAS.
-PYTHONPATH=$home/current/app:$home/current/site ORT_DISABLE_TELEMETRY=1 OPENBLAS_NUM_THREADS=1 exec $python -s -P -m edge.${part%:*} "\$@"
+here=\$(CDPATH= cd -- "\$(dirname -- "\$0")/../current" && pwd -P)
+export PYTHONPATH=\$here/app:\$here/site ORT_DISABLE_TELEMETRY=1 OPENBLAS_NUM_THREADS=1
+exec $python -s -P -m edge.${part%:*} "\$@"
 END
     chmod 755 "$base/bin/${part#*:}"
 done

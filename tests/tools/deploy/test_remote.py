@@ -1,0 +1,127 @@
+"""A real sshd on the loopback interface, whose board is this machine below a folder."""
+
+import getpass
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import pytest
+
+from tools.deploy import bundle, command, remote
+from tools.deploy.bundle import BundleConfig, contents
+from tools.deploy.remote import Board, Facts
+from tools.deploy.target import DeployError, Target
+
+SSHD = shutil.which("sshd", path=os.environ["PATH"] + ":/usr/sbin")
+BOARD = Facts("aarch64", ("3.11",), 5000.0, 400.0, frozenset({"asimd", "asimddp"}), 0.5)
+
+
+@pytest.fixture
+def ssh(tmp_path, monkeypatch):
+    """The command that reaches it. The bundle is kept in a folder of the test, not in the home of who runs it."""
+    if SSHD is None or shutil.which("ssh") is None:
+        pytest.skip("needs openssh-server and openssh-client")
+    for key in ("host", "client"):
+        subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", tmp_path / key], check=True)
+    shutil.copy(tmp_path / "client.pub", tmp_path / "authorized")
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    (tmp_path / "sshd_config").write_text(
+        f"ListenAddress 127.0.0.1\nPort {port}\nHostKey {tmp_path}/host\nAuthorizedKeysFile {tmp_path}/authorized\n"
+        f"StrictModes no\nUsePAM no\nPasswordAuthentication no\nPidFile none\nPermitRootLogin yes\n"
+        f"SetEnv PATH={os.path.dirname(sys.executable)}:/usr/bin:/bin\n"
+    )
+    os.makedirs("/run/sshd", exist_ok=True) if os.getuid() == 0 else None
+    with subprocess.Popen([SSHD, "-D", "-e", "-f", tmp_path / "sshd_config"], stderr=subprocess.PIPE) as server:
+        for _ in range(100):
+            with socket.socket() as probe:
+                if probe.connect_ex(("127.0.0.1", port)) == 0:
+                    break
+            assert server.poll() is None, server.stderr.read()
+            time.sleep(0.05)
+        monkeypatch.setattr(remote, "FOLDER", str(tmp_path / "sent"))
+        options = f"-p {port} -i {tmp_path}/client -o StrictHostKeyChecking=no -o UserKnownHostsFile={tmp_path}/known"
+        yield f"ssh -q -o BatchMode=yes {options}"
+        server.terminate()
+
+
+@pytest.fixture
+def board(ssh, tmp_path):
+    return Board(f"{getpass.getuser()}@127.0.0.1", ssh, str(tmp_path / "root"))
+
+
+def test_what_the_board_is(board):
+    facts = board.probe()
+    assert facts.machine == os.uname().machine and f"{sys.version_info[0]}.{sys.version_info[1]}" in facts.pythons
+    assert facts.disk > 0 and facts.memory > 0 and abs(facts.clock) < 5 and facts.features
+
+
+def test_only_what_changed_is_sent_and_what_is_gone_is_removed(board, tmp_path):
+    content = {"a/b.txt": b"one", "c.sh": b"#!/bin/sh\n", "d 'e": b"two"}
+    assert board.send(content) == (3, 16)
+    assert board.send(content) == (0, 0)
+    assert board.send({"a/b.txt": b"three", "c.sh": b"#!/bin/sh\n"}) == (1, 5)
+    there = {str(p.relative_to(tmp_path / "sent")) for p in (tmp_path / "sent").rglob("*") if p.is_file()}
+    assert there == {"a/b.txt", "c.sh"} and (tmp_path / "sent" / "a" / "b.txt").read_bytes() == b"three"
+    assert os.access(tmp_path / "sent" / "c.sh", os.X_OK)
+
+
+def test_it_is_installed_updated_and_taken_back(board, cache, model, monkeypatch):
+    assert board.release() == ""
+    config = BundleConfig(Target(), model, offload=True)
+    releases = []
+    for number in (1, 2):
+        monkeypatch.setattr(bundle, "version", lambda number=number: f"{number}.0")
+        board.send(contents(config, cache))
+        assert board.install().startswith("installed ")
+        releases.append(board.release())
+    assert releases[0] != releases[1]
+    assert "back at" in board.rollback() and board.release() == releases[0]
+    table, well = board.doctor(offload=True)
+    assert not well and "No module named 'zenoh'" in table  # its wheels are not the real ones
+
+
+def test_the_commands(ssh, cache, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(command, "_cache", lambda target: cache)
+    monkeypatch.setattr(Board, "probe", lambda self: BOARD)
+    there = [f"{getpass.getuser()}@127.0.0.1", "--ssh", ssh, "--root", str(tmp_path / "root")]
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as ended:
+            command.main([*arguments, *there])
+        return ended.value.code, "".join(capsys.readouterr())
+
+    assert run("status") == (1, "installed: nothing\n")
+    code, said = run("push")
+    assert code == 1 and "asimddp" in said and "installed " in said and "zenoh" in said
+    assert run("status")[0] == 0
+    code, said = run("rollback")
+    assert code == 2 and "there is no version before this one" in said
+
+
+def test_who_is_not_there_or_does_not_let_us_in(ssh, tmp_path):
+    with pytest.raises(DeployError, match="127.0.0.1"):
+        Board("somebody@127.0.0.1", ssh.replace("/client ", "/host ")).probe()
+    with pytest.raises(DeployError, match="no destination"):
+        Board("-oProxyCommand=touch")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"machine": "armv7l"}, "the board is armv7l"),
+        ({"pythons": ()}, "no Python 3.11 or 3.13"),
+        ({"disk": 100.0}, "100 MB of disk"),
+        ({"memory": 50.0}, "50 MB of memory"),
+        ({"clock": -86400.0}, "-86400 s off"),
+    ],
+)
+def test_a_board_that_will_not_do_is_told_before_anything_is_sent(change, words):
+    with pytest.raises(DeployError, match=words):
+        replace(BOARD, **change).target()
+    assert BOARD.target() == Target("aarch64", "3.11")

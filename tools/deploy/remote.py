@@ -1,0 +1,144 @@
+"""A board that is reached over ssh: what it is, what it has of a bundle, and what is run there."""
+
+import hashlib
+import re
+import shlex
+import subprocess
+import time
+from dataclasses import dataclass
+
+from tools.deploy.bundle import pack
+from tools.deploy.target import MACHINES, PYTHONS, DeployError, Target
+
+FOLDER = "vlpg-bundle"  # in the user's home on the board: the bundle that was last sent, kept for the next
+FREE_DISK, FREE_MEMORY = 900, 200  # MB: the bundle, two installed versions; the robot's budget and some
+CLOCK = 300.0  # s that the board's may differ by from here
+SSH = "ssh -o ConnectTimeout=10 -o BatchMode=yes"
+
+_PROBE = """
+uname -m
+(python3.13 -V || true) 2>/dev/null; (python3.11 -V || true) 2>/dev/null; (python3 -V || true) 2>/dev/null
+df -Pm "$HOME" | awk 'NR == 2 { print "disk", $4 }'
+awk '/^MemAvailable/ { print "memory", int($2 / 1024) }' /proc/meminfo
+awk -F: '/^(Features|flags)/ { print "features" $2; exit }' /proc/cpuinfo
+date +'clock %s'
+id -u | sed 's/^/user /'
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What a board is."""
+
+    machine: str
+    pythons: tuple[str, ...]  # of those that bundles are made for
+    disk: float  # MB free
+    memory: float  # MB available
+    features: frozenset[str]  # of its processor, as its kernel names them
+    clock: float  # s since 1970, less here
+
+    def target(self) -> Target:
+        """What a bundle for it must be made for. Raises DeployError when there is none, or the board has no room."""
+        if self.machine not in MACHINES:
+            raise DeployError(f"the board is {self.machine}; bundles are for {' or '.join(MACHINES)}")
+        if not self.pythons:
+            raise DeployError(f"the board has no Python {' or '.join(PYTHONS)}; install one of them there")
+        if self.disk < FREE_DISK:
+            raise DeployError(f"the board has {self.disk:.0f} MB of disk left; free {FREE_DISK} MB")
+        if self.memory < FREE_MEMORY:
+            raise DeployError(f"the board has {self.memory:.0f} MB of memory left; free {FREE_MEMORY} MB")
+        if abs(self.clock) > CLOCK:
+            raise DeployError(f"the board's clock is {self.clock:+.0f} s off; set it, e.g. timedatectl set-ntp true")
+        return Target(self.machine, self.pythons[0])
+
+    def __str__(self) -> str:
+        known = ("asimddp", "i8mm", "avx2", "avx512_vnni")
+        fast = ", ".join(name for name in known if name in self.features) or "no int8 features"
+        room = f"{self.memory:.0f} MB memory, {self.disk:.0f} MB disk free"
+        return f"{self.machine}, Python {'/'.join(self.pythons)}, {fast}, {room}"
+
+
+class Board:
+    """One destination of ssh, such as user@board."""
+
+    def __init__(self, destination: str, ssh: str = SSH, root: str = ""):
+        """``ssh``: the command with its options. ``root``: a folder on the board to install below, "" for /."""
+        if not re.fullmatch(r"[^\s-]\S*", destination):
+            raise DeployError(f"{destination!r} is no destination; write user@board")
+        self.destination, self.root = destination, root
+        self._command = [*shlex.split(ssh), destination]
+
+    def probe(self) -> Facts:
+        """Raises DeployError when it cannot be reached."""
+        lines = self.run(_PROBE).splitlines()
+        values = dict(line.split(" ", 1) for line in lines if line.startswith(("disk ", "memory ", "clock ")))
+        features = next((line.split()[1:] for line in lines if line.startswith("features")), [])
+        versions = dict.fromkeys(re.findall(r"^Python (\d+\.\d+)", "\n".join(lines), re.MULTILINE))
+        return Facts(
+            machine=lines[0],
+            pythons=tuple(version for version in versions if version in PYTHONS),
+            disk=float(values["disk"]),
+            memory=float(values["memory"]),
+            features=frozenset(features),
+            clock=float(values["clock"]) - time.time(),
+        )
+
+    def send(self, content: dict[str, bytes]) -> tuple[int, int]:
+        """Make the board's copy of a bundle these files; how many were sent, and their bytes. Raises DeployError."""
+        listed = self.run(f"mkdir -p {FOLDER}; cd {FOLDER}; find . -type f -exec sha256sum {{}} +")
+        pairs = (line.split("  ./", 1) for line in listed.splitlines())
+        there = {name: digest for digest, name in pairs}
+        changed = {n: data for n, data in content.items() if there.get(n) != hashlib.sha256(data).hexdigest()}
+        gone = sorted(there.keys() - content.keys())
+        if gone:
+            self.run(f"cd {FOLDER}; rm -f -- {shlex.join(gone)}")
+        if changed:
+            with subprocess.Popen([*self._command, f"cd {FOLDER} && tar xf -"], stdin=subprocess.PIPE) as process:
+                try:
+                    pack(changed, ".", process.stdin)
+                except BrokenPipeError:
+                    pass  # it says below why it ended
+                finally:
+                    process.stdin.close()
+            if process.returncode:
+                raise DeployError("the bundle could not be sent; see above")
+        return len(changed), sum(map(len, changed.values()))
+
+    def install(self) -> str:
+        """What the bundle's own script says. Raises DeployError with its words when it fails."""
+        return self._script("")
+
+    def rollback(self) -> str:
+        """To the version before. Raises DeployError when there is none."""
+        return self._script("--rollback")
+
+    def doctor(self, offload: bool) -> tuple[str, bool]:
+        """The table of the installed ``vlpg-doctor``, and whether all is well."""
+        options = "--no-link" + (" --offload host" if offload else "")
+        done = self._run(f"{shlex.quote(self.root)}/opt/vlpg/bin/vlpg-doctor {options}")
+        return done.stdout + done.stderr, done.returncode == 0
+
+    def release(self) -> str:
+        """The installed version, "" without one."""
+        return self.run(f"readlink {shlex.quote(self.root)}/opt/vlpg/current || true").strip().removeprefix("releases/")
+
+    def run(self, script: str) -> str:
+        """What a shell script prints there. Raises DeployError with its last words when it fails."""
+        done = self._run(script)
+        if done.returncode:
+            said = done.stderr.strip().splitlines() or done.stdout.strip().splitlines() or ["it says nothing"]
+            raise DeployError(f"{self.destination}: {said[-1]}")
+        return done.stdout
+
+    def attach(self, command: str) -> int:
+        """Run something there that writes to this terminal; its exit code."""
+        return subprocess.call([*self._command, command])
+
+    def _script(self, option: str) -> str:
+        where = f"--root {shlex.quote(self.root)}" if self.root else ""
+        sudo = "" if self.root else 'sudo=; [ "$(id -u)" = 0 ] || sudo=sudo;'
+        prefix = "" if self.root else "$sudo "
+        return self.run(f"{sudo} {prefix}sh {FOLDER}/install.sh {where} {option}")
+
+    def _run(self, script: str) -> subprocess.CompletedProcess:
+        return subprocess.run([*self._command, script], capture_output=True, text=True, stdin=subprocess.DEVNULL)
