@@ -7,46 +7,20 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import psutil
 import pytest
 
+import tools.arm64
 from tools.demo.processes import Supervisor, free_port, module
 
 BUDGET = 170.0  # MB, peak PSS of the robot with everything on board
-FLAT = {
-    "name": "flat",
-    "rooms": [
-        {"name": "bedroom", "category": "Bedroom", "polygon": [[0, 0], [3.2, 0], [3.2, 3.0], [0, 3.0]]},
-        {"name": "living room", "category": "Living room", "polygon": [[3.2, 0], [6.4, 0], [6.4, 3.0], [3.2, 3.0]]},
-    ],
-    "walls": [
-        {"a": [0, 0], "b": [6.4, 0]},
-        {"a": [6.4, 0], "b": [6.4, 3.0]},
-        {"a": [6.4, 3.0], "b": [0, 3.0]},
-        {"a": [0, 3.0], "b": [0, 0]},
-        {"a": [3.2, 0], "b": [3.2, 0.6]},
-        {"a": [3.2, 1.5], "b": [3.2, 3.0]},
-    ],
-    "doors": [{"a": [3.2, 0.6], "b": [3.2, 1.5], "open": True}],
-    "objects": [
-        {"id": "teddy-bear-1", "model": "teddy-bear", "position": [0.4, 2.6], "yaw": 0.5},
-        {"id": "bookcase-1", "model": "bookcase", "position": [1.7, 2.73]},
-        {"id": "armchair-1", "model": "armchair2", "position": [5.7, 2.3], "yaw": -0.6},
-        {"id": "electric-guitar-1", "model": "electric-guitar", "position": [6.1, 0.4], "yaw": -1.5},
-    ],
-    "start": [1.2, 1.0, 0.0],
-}
-
-
-def flat(tmp_path):
-    path = tmp_path / "flat.json"
-    path.write_text(json.dumps(FLAT))
-    return str(path)
+FLAT = Path(tools.arm64.__file__).parent / "flat.json"  # two rooms, four things
 
 
 def start(tmp_path, *arguments):
-    command = [sys.executable, "-m", "tools.cli", "demo", "--home", flat(tmp_path), "--out", str(tmp_path / "runs")]
+    command = [sys.executable, "-m", "tools.cli", "demo", "--home", str(FLAT), "--out", str(tmp_path / "runs")]
     return subprocess.Popen([*command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
@@ -84,7 +58,7 @@ def test_maps_a_home_finds_and_reports(tmp_path):
     assert mapping["nodes"] == pytest.approx(len(report["nodes"]), abs=100) and mapping["nodes"] >= 5
     # The path is the true one: it stays in the flat, and it begins at the dock.
     assert all(0 < x < 6.4 and 0 < y < 3.0 for x, y in mapping["path"])
-    assert math.dist(mapping["path"][0], FLAT["start"][:2]) < 0.3
+    assert math.dist(mapping["path"][0], json.loads(FLAT.read_text())["start"][:2]) < 0.3
 
     assert [search["words"] for search in report["searches"]] == ["teddy bear", "armchair"]
     for search in report["searches"]:
@@ -134,7 +108,7 @@ def test_explores_a_home_never_seen_then_answers_from_memory(tmp_path):
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     there = ("--connect", endpoint, "--no-multicast-scouting")
     with Supervisor(tmp_path) as processes:
-        base = ("--home", flat(tmp_path), "--speed", "8", "--listen", endpoint, "--no-multicast-scouting")
+        base = ("--home", str(FLAT), "--speed", "8", "--listen", endpoint, "--no-multicast-scouting")
         processes.start("sim", module("firmware_sim.node", *base))
         processes.start("robot", module("edge.node", "--wait", "--memory", str(tmp_path / "home.vlpg"), *there))
 

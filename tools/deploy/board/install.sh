@@ -67,7 +67,7 @@ for part in node:vlpg-robot doctor:vlpg-doctor; do
 # The installed robot's own packages and no others. Telemetry of ONNX Runtime off, one thread for BLAS.
 here=\$(CDPATH= cd -- "\$(dirname -- "\$0")/../current" && pwd -P)
 export PYTHONPATH=\$here/app:\$here/site ORT_DISABLE_TELEMETRY=1 OPENBLAS_NUM_THREADS=1
-exec $python -s -P -m edge.${part%:*} "\$@"
+exec "\$(command -v python@PYTHON@ || command -v python3)" -s -P -m edge.${part%:*} "\$@"
 END
     chmod 755 "$base/bin/${part#*:}"
 done

@@ -1,0 +1,72 @@
+#!/usr/bin/env bash
+# Does the bundle work on ARM? Makes a small arm64 Debian, installs the bundle in it with its own script, and lets it run
+# on an emulated Cortex-A72: the doctor, the int8 towers, a store made here, a recorded search, a conversation over
+# Zenoh. Needs root, and a Debian whose package sources are reachable. Takes about 15 minutes; nothing is timed.
+#
+#   tools/arm64_check.sh [FOLDER]     FOLDER keeps the arm64 system and the recording (default: build/arm64)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+folder=$(realpath -m "${1:-build/arm64}")
+system=$folder/system
+python=.venv/bin/python
+[ -x $python ] || { echo "run tools/install.sh dev first" >&2; exit 1; }
+[ "$(id -u)" = 0 ] || { echo "run it as root: it makes a system of its own and changes into it" >&2; exit 1; }
+command -v mmdebstrap qemu-aarch64-static >/dev/null || apt-get install --quiet --yes mmdebstrap qemu-user-static
+
+mkdir -p "$folder"
+if [ ! -e "$folder/system.made" ]; then
+    rm -rf "$system"
+    # The package sources of this machine, whatever they are.
+    sources=$(ls /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list 2>/dev/null | head -1)
+    mmdebstrap --quiet --mode=root --variant=extract --architectures=arm64 --include=python3,libstdc++6 bookworm "$system" "$sources"
+    cp "$(command -v qemu-aarch64-static)" "$system/usr/bin/"
+    touch "$folder/system.made"
+fi
+
+rm -rf "$folder"/bundle
+$python -m tools.deploy.command bundle --target aarch64 --python 3.11 --out "$folder/bundle"
+tar xzf "$folder"/bundle/*.tar.gz -C "$folder/bundle"
+sh "$folder"/bundle/*/install.sh --root "$system"
+
+# A program of the arm64 system. No binfmt is registered: only this one process is emulated.
+arm() {
+    local installed=/opt/vlpg/current
+    env -i PATH=/usr/bin:/usr/sbin HOME=/tmp ORT_DISABLE_TELEMETRY=1 OPENBLAS_NUM_THREADS=1 \
+        PYTHONPATH=$installed/app:$installed/site \
+        chroot "$system" /usr/bin/qemu-aarch64-static -cpu cortex-a72 /usr/bin/python3 -s -P "$@" 2> >(grep -v cpuinfo >&2)
+}
+mkdir -p "$system/proc" "$system/check"
+mountpoint -q "$system/proc" || mount -t proc proc "$system/proc"
+robot= host=
+cleanup() {
+    for pid in $robot $host; do kill "$pid" 2>/dev/null || true; done
+    wait
+    umount "$system/proc"
+}
+trap cleanup EXIT
+
+echo "== the doctor, on an emulated Cortex-A72 (its time of a picture is the emulator's)"
+arm -m edge.doctor --no-link > "$folder/doctor.txt" || true  # it minds the time
+cat "$folder/doctor.txt"
+grep -q "text tower .* ok" "$folder/doctor.txt"
+if grep BAD "$folder/doctor.txt" | grep -v "ms a picture"; then exit 1; fi
+
+echo "== towers, store and a recorded search, against this machine"
+[ -e "$folder/work/here.npz" ] || $python -m tools.arm64.here prepare "$folder/work"
+cp "$folder"/work/{home.vlpg,mission.npz,start.npy,noun.txt} tools/arm64/{there,recording}.py "$system/check/"
+arm /check/there.py /check
+cp "$system"/check/{there.npz,relived.vlpg} "$folder/work/"
+$python -m tools.arm64.here compare "$folder/work"
+
+echo "== a robot there, a host here"
+endpoint=tcp/127.0.0.1:$($python -c 'from tools.demo.processes import free_port; print(free_port())')
+ORT_DISABLE_TELEMETRY=1 $python -m host.node --listen "$endpoint" --no-multicast-scouting & host=$!
+rm -f "$system/check/talk.vlpg"
+arm -m edge.node --wait --offload host --memory /check/talk.vlpg --connect "$endpoint" --no-multicast-scouting & robot=$!
+for _ in $(seq 60); do
+    sleep 2
+    answer=$($python -m tools.cli status --connect "$endpoint" --no-multicast-scouting 2>/dev/null) && break
+done
+echo "$answer"
+grep -q "offload host, a host is there" <<<"$answer"
+echo "== the bundle works on emulated ARM"
