@@ -95,8 +95,8 @@ class ExploreForObject(Mission):
 
     def reach(self) -> Story:
         """Drive to what seems to be the object, look closely from near, and centre it: a ``Claim``, or None."""
-        goal = self.exploration.goal
-        while route(self.robot, goal.nearest(self.robot.pose), near=self.config.beside) is None:
+        robot = self.robot
+        while route(robot, self.exploration.goal.nearest(robot.pose), near=self.config.beside) is None:
             frontier = self.exploration.next_frontier()
             if frontier is None:
                 return None
@@ -104,17 +104,17 @@ class ExploreForObject(Mission):
                 yield twist
                 self.exploration.take_in()
         goal = self.exploration.goal
-        for twist in look_from_near(self.robot, goal.nearest(self.robot.pose), self.spotter.config.near):
+        for twist in look_from_near(robot, goal.nearest(robot.pose), self.spotter.config.near):
             yield twist
             self.exploration.take_in()
         if not goal.is_at(self.exploration.goal.centroid):  # a firm view of another thing took its place
             return (yield from self.reach())
         sighting = yield from self.spotter.look()
-        centred = sighting and (yield from centre(self.robot, self.spotter.detector, self.target, sighting))
+        centred = sighting and (yield from centre(robot, self.spotter.detector, self.target, sighting))
         if centred is None:
             return None
         score = centred.detection.score  # there is no memory of the object beside what is seen now
-        return Claim(centred, score, self.robot.encoder.confidence(score, score))
+        return Claim(centred, score, robot.encoder.confidence(score, score))
 
     @property
     def elapsed(self) -> float:
