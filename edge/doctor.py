@@ -60,7 +60,7 @@ def machine() -> Iterator[Finding]:
         value = os.environ.get(name, "")
         remedy = "" if value == "1" else f"export {name}=1, as the installed vlpg-robot and the vlpg command do"
         yield Finding("setting", f"{name}={value}", remedy)
-    year = time.gmtime().tm_year
+    year = time.gmtime().tm_year  # a board without a battery for its clock wakes up in the past
     yield Finding("clock", time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()), "set the clock" if year < 2026 else "")
 
 

@@ -125,9 +125,9 @@ def show(episodes: list[Episode]) -> str:
     return "\n".join(lines)
 
 
-def write_csv(episodes: list[Episode], path: Path) -> None:
-    """One line an episode."""
+def write_csv(episodes: list, path: Path, kind=Episode) -> None:
+    """One line an episode; ``kind`` is their dataclass."""
     with path.open("w", newline="") as stream:
-        writer = csv.DictWriter(stream, [field.name for field in fields(Episode)])
+        writer = csv.DictWriter(stream, [field.name for field in fields(kind)])
         writer.writeheader()
         writer.writerows(asdict(episode) for episode in episodes)

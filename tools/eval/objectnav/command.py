@@ -8,9 +8,11 @@ from firmware_sim.house import HouseError
 from models.manifest import ModelError
 from tools.eval.objectnav import table
 from tools.eval.objectnav.campaign import Plan
+from tools.eval.objectnav.episode import Episode
 from tools.eval.objectnav.planners import PLANNERS, Planner, single_prompts, sub_ensembles
 from tools.eval.options import add_options, check, results, some_of
 from tools.eval.spread import write
+from tools.eval.table import write_csv
 
 SWEEPS = {
     "kappa": {f"kappa {k:g}": replace(PLANNERS["I-FBE2"], off_axis=k) for k in (0.0, 0.001, 0.01, 0.05, 0.2, 1.0)},
@@ -39,7 +41,7 @@ def main(arguments: list[str] | None = None) -> None:
     add_options(parser)
     parser.add_argument("--objects", type=int, default=1, metavar="N", help="sought in each home (default: 1)")
     parser.add_argument(
-        "--planners", default="all", metavar="P,…", help=f"all, or some of {', '.join(PLANNERS)} (default: all)"
+        "--planners", default="all", metavar="P,…", help=f"of table 2: all, or some of {', '.join(PLANNERS)}"
     )
     what = parser.add_mutually_exclusive_group()
     what.add_argument(
@@ -72,7 +74,7 @@ def main(arguments: list[str] | None = None) -> None:
     if options.json:
         write(found, options.json)
     if options.csv:
-        table.write_csv(episodes, options.csv)
+        write_csv(episodes, options.csv, Episode)
     if options.picture:
         table.draw(episodes, options.picture)
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from edge.memory.store import Vlpg
 from edge.perception.prompts import Target
+from edge.pose import between, transform
 from edge.robot import Robot, RobotConfig
 from firmware_sim.home import load_home
 from firmware_sim.world import World, WorldConfig
@@ -78,9 +79,7 @@ class Run:
 
     def in_map(self, places) -> np.ndarray:
         """True ``places (N, 2)`` [m] of the house, in the frame that the robot's map began with."""
-        x, y, theta = self.world.house.start
-        cos, sin = np.cos(theta), np.sin(theta)
-        return (np.asarray(places) - (x, y)) @ np.array([[cos, -sin], [sin, cos]])
+        return transform(between(self.world.house.start, np.zeros(3)), places)
 
     @property
     def done(self) -> bool:

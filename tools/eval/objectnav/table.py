@@ -1,8 +1,7 @@
 """Tables I and II of [U]: SR and SPL of each planner, with intervals, and what went wrong."""
 
-import csv
 from collections import Counter
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -90,14 +89,6 @@ def show_spread(episodes: list[Episode], kinds: tuple[str, ...]) -> str:
         low, high, deviation = spread(episodes, kind)
         lines.append(f"SR of {kind}…: {low:.2f} to {high:.2f}, standard deviation {deviation:.3f}")
     return "\n".join(lines)
-
-
-def write_csv(episodes: list[Episode], path: Path) -> None:
-    """One line an episode."""
-    with path.open("w", newline="") as stream:
-        writer = csv.DictWriter(stream, [field.name for field in fields(Episode)])
-        writer.writeheader()
-        writer.writerows(asdict(episode) for episode in episodes)
 
 
 def draw(episodes: list[Episode], path: Path) -> None:

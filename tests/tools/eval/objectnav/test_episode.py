@@ -1,7 +1,5 @@
 """Whole episodes in a small home with true eyes, and how they are judged."""
 
-from dataclasses import replace
-
 import pytest
 
 from tools.eval.objectnav import command, overlay
@@ -114,7 +112,7 @@ def test_what_cannot_be_drawn_is_told(arguments, words, capsys):
 
 
 def test_every_planner_sees_the_same_before_it_chooses(home):
-    runs = [Run(home, "dustbin", planner, None, 0) for planner in (PLANNERS["closest"], replace(PLANNERS["I-FBE1"]))]
+    runs = [Run(home, "dustbin", planner, None, 0) for planner in (PLANNERS["closest"], PLANNERS["I-FBE1"])]
     for run in runs:
         for _ in range(12):
             run.step()
