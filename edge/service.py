@@ -29,7 +29,7 @@ class Service:
         if not self._address:
             return
         try:
-            with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as line:
+            with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK) as line:
                 line.sendto(state.encode(), self._address)
-        except OSError:  # the manager is restarting or gone; a robot works without
+        except OSError:  # the manager is busy, restarting or gone; a robot works without, and never waits for it
             pass

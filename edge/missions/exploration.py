@@ -66,7 +66,7 @@ class Exploration:
     def take_in(self) -> None:
         """Heed the robot's newest picture, if there is one: what it promises, and whether it shows the object."""
         robot, frame = self._robot, self._robot.frame
-        if frame is None:
+        if frame is None or robot.localizer.lost:  # a lost robot knows not what place it looks at
             return
         view, pose = robot.encoder.encode_image(frame.rgb, robot.camera.hfov), robot.in_map(frame.odom)
         self.relevance.integrate(pose, frame.depth, self.promise(view), robot.camera, robot.grid)

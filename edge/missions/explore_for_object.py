@@ -7,11 +7,10 @@ import numpy as np
 from edge.mapping.frontiers import Frontier
 from edge.missions.centring import centre
 from edge.missions.exploration import Exploration, ExplorationConfig
-from edge.missions.find_object import Claim, Outcome, Status
-from edge.missions.mission import Mission, Story, until
+from edge.missions.mission import Story, until
 from edge.missions.motion import drive, look_from_near, route, turn
+from edge.missions.search import Claim, Search
 from edge.missions.spotter import Spotter
-from edge.observation import STOP
 from edge.perception.prompts import Target, ensemble
 from edge.planning.acquisition import upper_confidence_bound
 
@@ -29,7 +28,7 @@ class ExploreConfig:
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
 
 
-class ExploreForObject(Mission):
+class ExploreForObject(Search):
     """Drive to the frontier with the highest upper confidence bound, and to what seems to be the object, until it is.
 
     What is seen on the way fills the memory, as on any tour: the next question about this home is one for it.
@@ -37,17 +36,14 @@ class ExploreForObject(Mission):
 
     def __init__(self, robot, target: Target, config: ExploreConfig | None = None):
         self.config = config or ExploreConfig()
-        self.target = target
         prompts = robot.encoder.encode_text(ensemble(target.name))
         self.exploration = Exploration(robot, target, prompts, _bound, config=self.config.exploration)
         self.spotter = Spotter(robot, target)
         self.claims: list[Claim] = []
-        self._started = self._driven = 0.0  # set by the first observation
-        super().__init__(robot)
+        super().__init__(robot, target, self.config.time_limit)
 
-    def story(self) -> Story:
+    def search(self) -> Story:
         robot = self.robot
-        self._started, self._driven = robot.stamp, robot.distance
         robot.coverage.forget()
         robot.memory.begin_tour()
         sure = yield from self.watching(turn(robot, 2 * np.pi))
@@ -111,28 +107,7 @@ class ExploreForObject(Mission):
             return (yield from self.reach())
         sighting = yield from self.spotter.look()
         centred = sighting and (yield from centre(robot, self.spotter.detector, self.target, sighting))
-        if centred is None:
-            return None
-        score = centred.detection.score  # there is no memory of the object beside what is seen now
-        return Claim(centred, score, robot.encoder.confidence(score, score))
-
-    @property
-    def elapsed(self) -> float:
-        """s since the question."""
-        return self.robot.stamp - self._started
-
-    def step(self, observation):
-        """One control step; gives up when the time limit has passed."""
-        twist = super().step(observation)
-        if not self.done and self.elapsed > self.config.time_limit:
-            self.outcome = self.ended("timeout")
-            return STOP
-        return twist
-
-    def ended(self, status: Status, claim: Claim | None = None) -> Outcome:
-        confidence = claim.confidence if claim else 0.0
-        distance = self.robot.distance - self._driven
-        return Outcome(status, [], self.robot.memory.poses([]), claim, confidence, self.elapsed, distance)
+        return centred and self.claim(centred)
 
 
 def _bound(means, variances, distances):

@@ -1,23 +1,19 @@
 """Find a named object in a known home: the whole of [V], Fig. 1."""
 
-from dataclasses import dataclass, field, replace
-from typing import Literal
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from edge.mapping.frontiers import reachable
 from edge.memory.recall import recall
-from edge.missions.mission import Mission, Story
+from edge.missions.mission import Story
 from edge.missions.motion import drive
-from edge.missions.sighting import Sighting
+from edge.missions.search import Claim, Outcome, Search, Status
 from edge.missions.spotter import Spotter
-from edge.observation import STOP
 from edge.perception.detection import Detector, DetectorConfig
 from edge.perception.prompts import Target
 from edge.planning.local_search import LocalSearch, Replan
 from edge.planning.viewpoint import Viewpoint, rank_viewpoints
-
-Status = Literal["found", "not found", "not in memory", "timeout"]
 
 
 @dataclass(frozen=True)
@@ -35,30 +31,7 @@ class FindObjectConfig:
     enough: float = 200.0  # s, after which the best claim so far is the answer; the way back to it takes up to a minute
 
 
-@dataclass(frozen=True, slots=True)
-class Claim:
-    """An object seen and centred, and how sure that is."""
-
-    sighting: Sighting
-    remembered: float  # the memory's best score there
-    confidence: float  # probability that it is the object
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """How the search ended."""
-
-    status: Status
-    hypotheses: list[Viewpoint]  # best first; the best guesses when the object is not in memory
-    places: np.ndarray  # (N, 3) poses of the memory's hits, which the hypotheses' members index
-    claim: Claim | None  # the best one; when "not found", it was not good enough
-    confidence: float  # probability that the object is where the claim, or else the first hypothesis, says
-    duration: float  # s
-    distance: float  # m
-    replans: list[Replan] = field(default_factory=list)  # of the local searches
-
-
-class FindObject(Mission):
+class FindObject(Search):
     """Ask the memory, go to the best viewpoint, look, centre; else search nearby, then try the next hypothesis.
 
     Beyond [V], which stops at the first viewpoint: unless a claim is sure, those from all hypotheses are compared, and
@@ -70,17 +43,15 @@ class FindObject(Mission):
         with the best of them, however improbable.
         """
         self.config = config or FindObjectConfig()
-        self.target = target
         self.spotter = Spotter(robot, target)
         self.search_unknown = search_unknown
         self.hypotheses: list[Viewpoint] = []
         self.places = np.zeros((0, 3))
         self.replans: list[Replan] = []
         self._rng = np.random.default_rng(seed)
-        self._started, self._driven = robot.stamp, robot.distance
-        super().__init__(robot)
+        super().__init__(robot, target, self.config.time_limit)
 
-    def story(self) -> Story:
+    def search(self) -> Story:
         self.hypotheses = self.recall()
         if not self.search_unknown and not self.remembered():
             return self.ended("not in memory")
@@ -88,7 +59,7 @@ class FindObject(Mission):
         for hypothesis in self.hypotheses[: self.config.hypotheses]:
             sighting = yield from self.inspect(hypothesis)
             centred = sighting and (yield from self.spotter.approach(sighting))
-            here = centred and self.claim(centred, hypothesis)
+            here = centred and self.claim(centred, float(self._scores[hypothesis.members].max()))
             if here and (best is None or here.confidence > best.confidence):
                 best = here
             if best and best.confidence >= self.config.sure or self.elapsed > self.config.enough:
@@ -119,15 +90,6 @@ class FindObject(Mission):
         """To the best claim, as other places were looked at since; the ``Claim``, renewed if it is seen again."""
         centred = yield from self.spotter.approach(claim.sighting)
         return claim if centred is None else replace(claim, sighting=centred)
-
-    def claim(self, centred: Sighting, hypothesis: Viewpoint) -> Claim:
-        remembered = float(self._scores[hypothesis.members].max())
-        return Claim(centred, remembered, self.robot.encoder.confidence(centred.detection.score, remembered))
-
-    @property
-    def elapsed(self) -> float:
-        """s since the question."""
-        return self.robot.stamp - self._started
 
     def recall(self) -> list[Viewpoint]:
         """Viewpoints from which the memory says that the object was seen, best first ([V] Eqs. 2 and 3)."""
@@ -170,23 +132,12 @@ class FindObject(Mission):
                 return sighting
             search.observed(self.spotter.in_vain[-1])
 
-    def step(self, observation):
-        """One control step; gives up when the time limit has passed."""
-        twist = super().step(observation)
-        if not self.done and self.elapsed > self.config.time_limit:
-            self.outcome = self.ended("timeout")
-            return STOP
-        return twist
-
     def ended(self, status: Status, claim: Claim | None = None) -> Outcome:
-        if claim is not None:
-            confidence = claim.confidence
-        elif status == "not found" or not self.hypotheses:
-            confidence = 0.0  # it was not seen where it should be
-        else:
+        outcome = super().ended(status, claim)
+        confidence = outcome.confidence
+        if claim is None and status != "not found" and self.hypotheses:  # not seen, or not looked for
             remembered = float(self._scores[self.hypotheses[0].members].max())
             confidence = self.robot.encoder.confidence(remembered, remembered)
-        distance = self.robot.distance - self._driven
-        return Outcome(
-            status, self.hypotheses, self.places, claim, confidence, self.elapsed, distance, self.replans
+        return replace(
+            outcome, confidence=confidence, hypotheses=self.hypotheses, places=self.places, replans=self.replans
         )

@@ -36,6 +36,12 @@ def test_a_manager_that_is_gone_does_no_harm(manager):
     service.alive()
 
 
+def test_a_manager_that_does_not_listen_is_not_waited_for(manager):
+    service = Service()
+    for _ in range(10_000):  # more than its socket holds
+        service.ready()
+
+
 def test_without_a_manager_nothing_is_said(monkeypatch):
     monkeypatch.delenv("NOTIFY_SOCKET", raising=False)
     service = Service()

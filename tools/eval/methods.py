@@ -1,10 +1,11 @@
 """The four methods that [V] compares in Sec. IV, each a mission built from the same parts."""
 
 from edge.missions.centring import centre
-from edge.missions.find_object import Claim, FindObject, FindObjectConfig, Outcome
+from edge.missions.find_object import FindObject, FindObjectConfig
 from edge.missions.map_home import MapHome
 from edge.missions.mission import Mission, Story
 from edge.missions.motion import drive
+from edge.missions.search import Search
 from edge.missions.sighting import sight
 from edge.observation import STOP
 from edge.perception.detection import Detector, DetectorConfig
@@ -13,23 +14,18 @@ from edge.robot import Robot
 from tools.eval.tour import Tour, new_robot
 from tools.eval.truth import finder
 
-TIME_LIMIT = FindObjectConfig.time_limit  # s, the same for all
 
-
-class Frontier(MapHome):
+class Frontier(Search):
     """Baseline 1: no memory. Explore an unknown home by frontiers until a picture shows the object; centre it."""
 
     def __init__(self, robot: Robot, target: Target):
-        self.target = target
         # Whoever looks at thousands of pictures needs a higher bar than 0.5 to stop for one.
         self.detector = Detector(robot.encoder, DetectorConfig(min_score=FindObjectConfig.in_memory))
-        self._started = self._driven = 0.0  # set by the first observation: the robot is new, the world is not
-        super().__init__(robot)
+        super().__init__(robot, target, FindObjectConfig.time_limit)
 
-    def story(self) -> Story:
+    def search(self) -> Story:
         robot = self.robot
-        self._started, self._driven = robot.stamp, robot.distance
-        for twist in super().story():
+        for twist in MapHome(robot).story():
             yield twist
             if robot.frame is None:
                 continue
@@ -37,31 +33,14 @@ class Frontier(MapHome):
             sighting = sight(robot, self.detector, self.target, [view])
             centred = sighting and (yield from centre(robot, self.detector, self.target, sighting))
             if centred:
-                return self.ended("found", centred)
+                return self.ended("found", self.claim(centred))
         return self.ended("not found")
-
-    def step(self, observation):
-        """One control step; gives up when the time limit has passed."""
-        twist = super().step(observation)
-        if not self.done and self.robot.stamp - self._started > TIME_LIMIT:
-            self.outcome = self.ended("timeout")
-            return STOP
-        return twist
-
-    def ended(self, status, sighting=None) -> Outcome:
-        robot, claim, confidence = self.robot, None, 0.0
-        if sighting is not None:
-            score = sighting.detection.score
-            confidence = robot.encoder.confidence(score, score)
-            claim = Claim(sighting, score, confidence)
-        duration, distance = robot.stamp - self._started, robot.distance - self._driven
-        return Outcome(status, [], robot.memory.poses([]), claim, confidence, duration, distance)
 
 
 class ViewpointOnly(FindObject):
     """Baseline 2: drive to the best viewpoint that the memory knows ([V] Eqs. 2 and 3), and stop there."""
 
-    def story(self) -> Story:
+    def search(self) -> Story:
         self.hypotheses = self.recall()
         if not self.hypotheses:
             return self.ended("not found")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from edge.localization.localizer import Localizer, LocalizerConfig
 from edge.mapping.object_goal import ObjectGoal, Surface
 from edge.missions.exploration import Exploration
 from edge.observation import STOP
@@ -90,3 +91,13 @@ def test_without_a_picture_nothing_changes():
     robot.perceive(world.step(STOP, look=False))
     exploration.take_in()
     assert (exploration.relevance.mean == before).all()
+
+
+def test_a_lost_robot_does_not_heed_its_pictures():
+    world, robot, exploration = explorer(start=TO_COUCH)
+    exploration.refute()
+    before = exploration.relevance.mean.copy()
+    robot.localizer = Localizer(config=LocalizerConfig(lost_after=0))  # gives itself up at once
+    robot.perceive(world.step(STOP))
+    exploration.take_in()
+    assert robot.frame is not None and (exploration.relevance.mean == before).all()

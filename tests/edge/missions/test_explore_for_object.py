@@ -33,6 +33,14 @@ def test_a_thing_in_another_room_is_found_without_a_map(found):
     assert 5 < mission.outcome.duration < 120
 
 
+def test_a_claim_that_is_not_sure_is_gone_back_to_when_all_has_been_looked_at():
+    world, mission = explore("couch", ExploreConfig(sure=0.995))  # true eyes are sure to 0.99
+    assert mission.outcome.status == "found" and mission.outcome.confidence == 0.99
+    assert judge(world, "couch").in_view
+    viewed, free = mission.robot.coverage.viewed.view(bool), mission.robot.grid.free
+    assert (viewed & free).sum() > 0.9 * free.sum()
+
+
 def test_what_was_seen_on_the_way_is_remembered(found):
     world, mission = found
     asked = FindObject(mission.robot, Target.of("couch", mission.robot.encoder))
