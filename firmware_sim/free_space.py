@@ -41,10 +41,13 @@ class FreeSpace:
             self._fill(image, body, 1)
         return image.view(bool)
 
-    def reachable(self, radius: float) -> np.ndarray:
-        """Cells ``(rows, cols)`` bool that the middle of a disc of ``radius`` [m] can reach from the house's start."""
+    def reachable(self, radius: float, start=None) -> np.ndarray:
+        """Cells ``(rows, cols)`` bool that the middle of a disc of ``radius`` [m] can reach from the house's start.
+
+        Or from another ``start (2,)`` [m].
+        """
         _, label = cv2.connectedComponents((self.clearance >= radius).astype(np.uint8), connectivity=4)
-        row, col = self.frame.to_cell(self._house.start[:2])
+        row, col = self.frame.to_cell(self._house.start[:2] if start is None else start)
         if label[row, col] == 0:
             return np.zeros(self.frame.shape, bool)
         return label == label[row, col]

@@ -31,6 +31,12 @@ class GridFrame:
         row, col = np.asarray(row), np.asarray(col)
         return (row >= 0) & (row < self.shape[0]) & (col >= 0) & (col < self.shape[1])
 
+    def within(self, radius: float, place) -> np.ndarray:
+        """Mask ``(R, C)`` of the cells whose centre lies no further than ``radius`` [m] from ``place (2,)`` [m]."""
+        x = self.origin[0] + (np.arange(self.shape[1]) + 0.5) * self.resolution - place[0]
+        y = self.origin[1] + (np.arange(self.shape[0]) + 0.5) * self.resolution - place[1]
+        return (x**2)[None] + (y**2)[:, None] <= radius**2
+
     def holding(self, array: np.ndarray, old: "GridFrame | None", empty) -> np.ndarray:
         """What ``array`` (R, C) has on the frame ``old``, on this one, which contains it; ``empty`` elsewhere.
 

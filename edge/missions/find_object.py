@@ -27,6 +27,7 @@ class FindObjectConfig:
     claimed: float = 0.2  # confidence below which the answer is "not found"
     in_memory: float = 0.75  # score of the best hit; of objects that were seen, nine in ten have more
     alike: float = 0.5  # of the best hit's dot product; a sighting may be weaker than the memory, but not by more
+    given_up: float = 1.0  # m around a place that could not be driven to, not to be tried again
     time_limit: float = 300.0  # s, [V] Sec. IV
     enough: float = 200.0  # s, after which the best claim so far is the answer; the way back to it takes up to a minute
 
@@ -93,14 +94,15 @@ class FindObject(Search):
 
     def recall(self) -> list[Viewpoint]:
         """Viewpoints from which the memory says that the object was seen, best first ([V] Eqs. 2 and 3)."""
-        robot = self.robot
+        robot, grid = self.robot, self.robot.grid
+        self._remembered = grid.occupied, grid.free, grid.frame  # the home, as far as the memory's views tell
         hits = recall(robot.memory, self.target.direction, self.config.hits, robot.camera)
         self.places = robot.memory.poses(hits.ids)
         self.places[:, 2] += hits.bearings  # a region's hit looks where the region does
         self._scores = self.spotter.detector.softmax(hits.scores)
         weakest = self.spotter.detector.softmax(self.config.alike * hits.scores.max(initial=0.0))
         self.spotter.detector = Detector(robot.encoder, DetectorConfig(min(float(weakest), self.config.certain)))
-        return rank_viewpoints(self.places, self._scores, robot.grid.occupied, robot.grid.frame, robot.camera)
+        return rank_viewpoints(self.places, self._scores, grid.occupied, grid.frame, robot.camera)
 
     def remembered(self) -> bool:
         """Whether some view shows the object, as far as the encoder can tell."""
@@ -108,28 +110,33 @@ class FindObject(Search):
 
     def search_nearby(self, hypothesis: Viewpoint) -> Story:
         """Local search around a viewpoint that did not show the object ([V] Sec. III-E): a ``Sighting`` or None."""
-        robot, grid = self.robot, self.robot.grid
+        robot = self.robot
         search = LocalSearch(
-            grid.occupied,
-            grid.free,
-            grid.frame,
+            *self._remembered,
             robot.pose,
             self.places[hypothesis.members],
             self._scores[hypothesis.members],
             robot.camera,
         )
+        search.notice(robot.grid.occupied, robot.grid.frame)
         for pose in self.spotter.in_vain:
             search.observed(pose)
+        given_up = []
         while True:
-            can_reach = reachable(grid, robot.pose, robot.config.radius)
-            pose = search.next_pose(robot.pose, can_reach, grid.clearance(), grid.frame, self._rng)
+            grid = robot.grid
+            ground = reachable(grid, robot.pose, robot.config.radius)
+            for place in given_up:
+                ground &= ~grid.frame.within(self.config.given_up, place)
+            pose = search.next_pose(robot.pose, ground, grid.clearance(), grid.frame, self._rng)
             if pose is None:
                 return None
             self.replans.append(Replan(search.frame, search.probability.copy(), pose))
-            yield from drive(robot, pose[:2], heading=pose[2])
+            if not (yield from drive(robot, pose[:2], heading=pose[2])):
+                given_up.append(pose[:2])
             sighting = yield from self.spotter.stare()
             if sighting is not None:
                 return sighting
+            search.notice(robot.grid.occupied, robot.grid.frame)
             search.observed(self.spotter.in_vain[-1])
 
     def ended(self, status: Status, claim: Claim | None = None) -> Outcome:

@@ -4,14 +4,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from edge.mapping.frontiers import reachable
+from edge.mapping.sight_line import mapped_depth
 from edge.missions.centring import centre
 from edge.missions.mission import Story
-from edge.missions.motion import face, look_from_near
+from edge.missions.motion import drive, face, look_from_near
 from edge.missions.sighting import Sighting, sight
 from edge.observation import STOP
 from edge.perception.close_look import look_closely
 from edge.perception.detection import Detector
+from edge.perception.occlusion import hidden_share
 from edge.perception.prompts import Target
+from edge.planning.local_search import LocalSearch
 from edge.robot import Robot
 
 
@@ -23,6 +27,8 @@ class SpotterConfig:
     sweep: float = np.radians(40)  # rad to either side; half a field of view
     near: float = 1.8  # m from an object, where it is looked for again before it is centred
     pictures: int = 5  # looked at while standing still; most must show the object
+    hidden: float = 0.12  # of an object's outline, at which something nearer begins: then it is looked at from aside
+    extent: float = 0.6  # m around what shows of an object, within which the rest of it is
 
 
 class Spotter:
@@ -68,5 +74,36 @@ class Spotter:
                 seen = yield from self.look()
                 centred = seen and (yield from centre(self._robot, self.detector, self._target, seen))
                 if centred is not None:
-                    return centred
+                    return (yield from self.uncover(centred))
         return None
+
+    def uncover(self, centred: Sighting) -> Story:
+        """If something stands before what was ``centred``, look from where it hides less; the better ``Sighting``."""
+        hidden = yield from self.hidden(centred)
+        if hidden <= self.config.hidden:
+            return centred
+        robot, grid = self._robot, self._robot.grid
+        search = LocalSearch(grid.occupied, grid.free, grid.frame, centred.position, [], [], robot.camera)
+        search.expect(centred.position, self.config.extent)
+        search.observed(robot.pose)
+        ground = reachable(grid, robot.pose, robot.config.radius)
+        pose = search.next_pose(robot.pose, ground, grid.clearance(), grid.frame, np.random.default_rng(0))
+        if pose is not None:
+            yield from drive(robot, pose[:2], heading=pose[2])
+            seen = yield from self.stare()
+            aside = seen and (yield from centre(robot, self.detector, self._target, seen))
+            if aside is not None and (yield from self.hidden(aside)) < hidden:
+                return aside
+            yield from drive(robot, centred.pose[:2], heading=centred.pose[2])
+        return centred
+
+    def hidden(self, centred: Sighting) -> Story:
+        """Share of the outline of what was just ``centred`` at which something nearer begins."""
+        robot = self._robot
+        while robot.frame is None:
+            yield STOP
+        depth = robot.frame.depth
+        pose, columns = robot.in_map(robot.frame.odom), np.arange(depth.shape[1])
+        # What is too near, or too far, for the depth camera is as far as the map says.
+        mapped = mapped_depth(robot.grid, robot.camera, pose, columns)
+        return hidden_share(centred.detection, np.where(np.isfinite(depth) & (depth > 0), depth, mapped))

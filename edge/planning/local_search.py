@@ -15,16 +15,17 @@ from edge.planning.viewpoint import visible_cells
 class LocalSearchConfig:
     """The probability map, the choice of the next view, and when to give up."""
 
-    size: float = 6.0  # m, side of the map, [V]
-    elsewhere: float = 0.9  # p_nl of cells that may hold the object, before any viewpoint, [V]
+    size: float = 10.0  # m, side of the map: all that the viewpoint could see; [V] has 6
+    elsewhere: float = 0.97  # p_nl of cells that may hold the object, before any viewpoint; [V] has 0.9
     missed: float = 0.2  # share of p_l left in view after a look that did not show the object, [V]
-    replans: int = 8  # views before giving up, [V] gives none
+    replans: int = 12  # views before giving up, [V] gives none
     samples: int = 48  # poses judged each time, about 1 ms each
-    distance_weight: float = 0.25  # w_d, per m of way over half of the map's side
+    drawn: int = 480  # poses drawn, of which the first so many are judged that something probable is in sight of
+    distance_weight: float = 0.15  # w_d, per m of way over half of the map's side
     quality_weight: float = 1.0  # w_q, per share of the remaining probability that is in view
     obstacle_weight: float = 0.1  # w_obs, per shortfall of comfort
     comfort: float = 0.6  # m of clearance; more is no better
-    worthwhile: float = 0.02  # share of the first probability that a view must show; less and the search ends
+    worthwhile: float = 0.005  # share of the first probability that a view must show; less and the search ends
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +41,8 @@ class LocalSearch:
     """Object localization probability around a place, and the views that search through it.
 
     ``probability (R, C)`` is p_l = 1 − p_nl on the cells of ``frame``, a square of ``config.size`` around the centre,
-    aligned with the grid it was made from. It keeps its own copy of the map, so that the grid may grow meanwhile.
+    aligned with the grid it was made from. It keeps its own copies of the map: the viewpoints looked at the home as it
+    was remembered, the robot looks at it as it is now, with whatever has come to stand between.
     """
 
     def __init__(
@@ -56,17 +58,17 @@ class LocalSearch:
     ):
         """Seeds the map with the viewpoints ``(N, 3)`` of a cluster and their scores ``p_star``, one or ``(N,)``.
 
-        Each multiplies p_nl in its field of view by 1 − p* (Eq. 7). In [V] occupied cells keep p_nl = 1; but objects
-        stand *on* what is occupied, so here the surface of obstacles, the occupied cells beside free ones, counts as a
-        place to look at like any other.
+        ``occupied`` and ``free (R, C)`` bool on ``frame`` are the home as they saw it. Each multiplies p_nl in its
+        field of view by 1 − p* (Eq. 7). In [V] occupied cells keep p_nl = 1; but objects stand *on* what is occupied,
+        so here the surface of obstacles, the occupied cells beside free ones, is a place to look at like any other.
         """
         self.camera, self.config, self.replans = camera, config, 0
         cells = round(config.size / frame.resolution)
-        row, col = (int(i) - cells // 2 for i in frame.to_cell(np.asarray(centre, float)[:2]))
-        corner = (frame.origin[0] + col * frame.resolution, frame.origin[1] + row * frame.resolution)
-        self.frame = GridFrame(corner, frame.resolution, (cells, cells))
-        self._occupied = _window(occupied, row, col, cells)
-        beside_free = cv2.dilate(_window(free, row, col, cells).astype(np.uint8), np.ones((3, 3), np.uint8))
+        corner = frame.to_world(*(i - cells // 2 for i in frame.to_cell(np.asarray(centre, float)[:2])))
+        origin = corner - frame.resolution / 2
+        self.frame = GridFrame((float(origin[0]), float(origin[1])), frame.resolution, (cells, cells))
+        self.notice(occupied, frame)
+        beside_free = cv2.dilate(self._window(free, frame).view(np.uint8), np.ones((3, 3), np.uint8))
         inside = self._occupied & ~beside_free.astype(bool)
         absent = np.where(inside, 1.0, config.elsewhere)
         viewpoints = np.asarray(viewpoints, float).reshape(-1, 3)
@@ -76,6 +78,15 @@ class LocalSearch:
             absent[view & ~inside] *= 1.0 - min(max(p, 0.0), 1.0)
         self.probability = (1.0 - absent).astype(np.float32)
         self._first = float(self.probability.sum())
+
+    def expect(self, place, radius: float) -> None:
+        """It is seen to be within ``radius`` [m] of ``place (2,)`` [m], and nowhere else."""
+        self.probability[~self.frame.within(radius, place)] = 0.0
+        self._first = float(self.probability.sum())
+
+    def notice(self, occupied: np.ndarray, frame: GridFrame) -> None:
+        """What stands in the way from now on: ``occupied (R, C)`` bool on ``frame``, the grid's at this moment."""
+        self._occupied = self._window(occupied, frame)
 
     def next_pose(
         self,
@@ -100,7 +111,7 @@ class LocalSearch:
         if len(rows) == 0:
             return None
         self.replans += 1
-        best, best_cost, best_seen = None, np.inf, 0.0
+        best, best_cost = None, np.inf
         for pose, gap in self._samples(frame.to_world(rows, cols), clearance[rows, cols], rng):
             seen = float(self.probability.ravel()[self._in_view(pose)].sum())
             cost = (
@@ -108,32 +119,46 @@ class LocalSearch:
                 - self.config.quality_weight * seen / total
                 + self.config.obstacle_weight * max(0.0, 1.0 - gap / self.config.comfort)
             )
-            if cost < best_cost:
-                best, best_cost, best_seen = pose, cost, seen
-        return best if best_seen >= self.config.worthwhile * self._first else None
+            if cost < best_cost and seen >= self.config.worthwhile * self._first:
+                best, best_cost = pose, cost
+        return best
 
     def observed(self, pose) -> None:
         """A look from ``pose (3,)`` did not show the object."""
         self.probability.ravel()[self._in_view(pose)] *= self.config.missed
 
     def _samples(self, places: np.ndarray, gaps: np.ndarray, rng: np.random.Generator):
-        """Pairs of a pose at one of ``places (N, 2)``, facing a cell drawn by its probability, and the clearance."""
-        chosen = rng.choice(len(places), size=self.config.samples, replace=len(places) < self.config.samples)
+        """Pairs of a pose at one of ``places (N, 2)``, facing a cell in sight drawn by its probability, and the gap."""
+        chosen = rng.choice(len(places), size=self.config.drawn)
         weight = self.probability.ravel().astype(float)
         towards = rng.choice(weight.size, size=len(chosen), p=weight / weight.sum())
         looked_at = self.frame.to_world(*np.unravel_index(towards, self.probability.shape))
-        offset = looked_at - places[chosen]
+        kept = np.flatnonzero(self._in_sight(places[chosen], looked_at))[: self.config.samples]
+        chosen = chosen[kept]
+        offset = looked_at[kept] - places[chosen]
         headings = np.arctan2(offset[:, 1], offset[:, 0])
         return zip(np.column_stack([places[chosen], headings]), gaps[chosen].tolist())
+
+    def _in_sight(self, places: np.ndarray, looked_at: np.ndarray) -> np.ndarray:
+        """Which of ``places (N, 2)`` have nothing between them and ``looked_at (N, 2)``, near enough to be seen."""
+        away = np.hypot(*(looked_at - places).T)
+        # Up to 3 cells before the end, which may itself be the surface of something.
+        stop = np.maximum(1 - 3 * self.frame.resolution / np.maximum(away, 1e-9), 0)
+        share = np.linspace(0, 1, 2 * len(self._occupied))[:, None] * stop
+        lines = places + share[..., None] * (looked_at - places)
+        row, col = self.frame.to_cell(lines)
+        blocked = self._occupied[row, col].any(axis=0)
+        return ~blocked & (away <= self.camera.max_depth) & (away >= self.camera.min_depth)
 
     def _in_view(self, pose) -> np.ndarray:
         return visible_cells(self._occupied, self.frame, pose, self.camera)
 
-
-def _window(grid: np.ndarray, row: int, col: int, cells: int) -> np.ndarray:
-    """Square of ``grid`` from (row, col), False outside."""
-    out = np.zeros((cells, cells), bool)
-    top, left = max(row, 0), max(col, 0)
-    part = grid[top : max(row + cells, 0), left : max(col + cells, 0)]
-    out[top - row : top - row + part.shape[0], left - col : left - col + part.shape[1]] = part
-    return out
+    def _window(self, grid: np.ndarray, frame: GridFrame) -> np.ndarray:
+        """The part of ``grid (R, C)`` on ``frame`` that lies in the square, False outside."""
+        out = np.zeros(self.frame.shape, bool)
+        cells = len(out)
+        row, col = (int(i) for i in frame.to_cell(self.frame.to_world(0, 0)))
+        top, left = max(row, 0), max(col, 0)
+        part = grid[top : max(row + cells, 0), left : max(col + cells, 0)]
+        out[top - row : top - row + part.shape[0], left - col : left - col + part.shape[1]] = part
+        return out

@@ -22,13 +22,16 @@ class ViewpointConfig:
     # many weak hits, of which the top k are never short, do not beat a few strong ones.
     ranking: Literal["evidence", "size"] = "evidence"
     temperature: float = 0.10  # score difference that changes a hit's weight e-fold
+    # Members whose score is no further below their best one's choose the pose (Eq. 3); the paper lets all of them. A
+    # query has k hits, whether or not so many views show the object, and weak ones outnumber those that do.
+    strong: float = 0.3
 
 
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
     """Where to look from, and why."""
 
-    pose: np.ndarray  # (3,) the member whose field of view overlaps most with the others', map frame
+    pose: np.ndarray  # (3,) the strong member whose field of view overlaps most with the others', map frame
     score: float  # mean score of the members
     members: np.ndarray  # (M,) int indices into the hits, best score first
     support: float  # sum of the members' weights, each in (0, 1]; 1 is the weight of the query's best hit
@@ -113,7 +116,8 @@ def rank_viewpoints(
     viewpoints = []
     for group in groups:
         group = group[np.argsort(-scores[group], kind="stable")]
-        best = group[_most_overlapping(poses[group], occupied, frame, camera)]
+        strong = group[scores[group] >= scores[group[0]] - config.strong]
+        best = strong[_most_overlapping(poses[strong], occupied, frame, camera)]
         viewpoints.append(Viewpoint(poses[best], float(scores[group].mean()), group, float(weights[group].sum())))
     if config.ranking == "size":
         return sorted(viewpoints, key=lambda v: (-len(v.members), -v.score))

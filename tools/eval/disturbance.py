@@ -7,15 +7,18 @@ import numpy as np
 from edge.missions.find_object import FindObject
 from edge.perception.prompts import Target
 from edge.pose import compose, transform, wrap
+from firmware_sim.free_space import FreeSpace
+from firmware_sim.furnish import PASSAGE
 from firmware_sim.house import HouseError, HouseObject
 from firmware_sim.placement import ROBOT_RADIUS, what_blocks
-from tools.eval.judge import instances_of
+from tools.eval.judge import VISIBLE_SHARE, instances_of
 from tools.eval.tour import Tour
 
 PUSHED = 0.3, radians(10)  # m, rad; the robot believes to be up to this far from where it is
 MOVED = 2.0  # m, at most, that a thing is displaced
 OCCLUDERS = "cupboard", "bookcase"  # 1 m wide and 1.5 m high: what stands behind one is hidden from the camera
 TRIES = 300
+LOOKS = 100
 
 
 class Impossible(RuntimeError):
@@ -40,7 +43,7 @@ def push(tour: Tour, noun: str, rng) -> None:
 
 
 def occlude(tour: Tour, noun: str, rng) -> None:
-    """A cupboard stands between the first viewpoint and the object."""
+    """A cupboard stands between the first viewpoint and the object, which can be seen from elsewhere."""
     robot, world = tour.robot, tour.world
     mission = FindObject(robot, Target.of(noun, robot.encoder))
     hypotheses = mission.recall()
@@ -55,7 +58,9 @@ def occlude(tour: Tour, noun: str, rng) -> None:
         for aside in (0.0, 0.15, -0.15):
             x, y = view + share * line + aside * np.array([cos(across), sin(across)])
             if _stand(tour, "occluder", model, x, y, across):
-                return
+                if _can_be_seen(tour, noun, rng):
+                    return
+                tour.world.house.remove_object("occluder")
     raise Impossible(f"nothing fits between the viewpoint and {noun}")
 
 
@@ -141,6 +146,24 @@ def _move(tour: Tour, thing: HouseObject, x: float, y: float, yaw: float) -> boo
     if _robot_is_free(tour):
         return True
     house.move_object(thing.id, thing.x, thing.y, thing.yaw, thing.on, None if thing.on else thing.elevation)
+    return False
+
+
+def _can_be_seen(tour: Tour, noun: str, rng) -> bool:
+    """Whether such a thing is in view from one of ``LOOKS`` places, by lot, that ways lead to as wide as any home's."""
+    world, space = tour.world, FreeSpace(tour.world.house)
+    roomy = space.frame.to_world(*np.nonzero(space.clearance >= PASSAGE))
+    start = roomy[np.argmin(np.hypot(*(roomy - world.truth[:2]).T))]
+    places = space.frame.to_world(*np.nonzero(space.reachable(PASSAGE, start)))
+    camera = world.config.camera_model
+    for thing in instances_of(world.house, noun):
+        sight = np.array([thing.x, thing.y]) - places
+        away = np.hypot(*sight.T)
+        near = np.flatnonzero((away >= camera.min_depth) & (away <= camera.max_depth))
+        for i in rng.permutation(near)[:LOOKS]:
+            pose = np.array([*places[i], np.arctan2(sight[i, 1], sight[i, 0])])
+            if world.visible_fraction(thing.id, pose) >= VISIBLE_SHARE:
+                return True
     return False
 
 

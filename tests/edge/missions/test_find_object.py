@@ -1,6 +1,7 @@
 """Asking a robot that knows its home for what is there, what is not, and what has gone."""
 
 from dataclasses import replace
+from functools import wraps
 
 import numpy as np
 import pytest
@@ -11,8 +12,19 @@ from edge.missions.motion import turn
 from edge.perception.prompts import Target
 from edge.planning.viewpoint import field_of_view
 from tests.edge.missions.conftest import make_robot, make_world
+from tools.eval.child import in_child
 from tools.eval.judge import judge
 from tools.eval.tour import run
+
+
+def apart(test):
+    """In a fork of its own: the next test's robot stands where the tour ended, and remembers no more."""
+
+    @wraps(test)
+    def in_a_fork(**fixtures):
+        in_child(lambda: test(**fixtures))
+
+    return in_a_fork
 
 
 def ask(mapped, noun, **options):
@@ -22,6 +34,7 @@ def ask(mapped, noun, **options):
 
 
 @pytest.mark.parametrize("noun", ["teddy bear", "couch"])
+@apart
 def test_an_object_is_found_centred_and_near(mapped, noun):
     outcome = ask(mapped, noun)
     verdict = judge(mapped.world, noun)
@@ -33,11 +46,13 @@ def test_an_object_is_found_centred_and_near(mapped, noun):
 
 
 @pytest.mark.parametrize("noun", ["teddy bear", "dustbin"])
+@apart
 def test_what_is_low_is_not_approached_until_it_leaves_the_picture(mapped, noun):
     assert ask(mapped, noun).status == "found"
     assert mapped.world.visible_fraction(judge(mapped.world, noun).object_id) > 0.7
 
 
+@apart
 def test_an_unknown_object_is_not_in_memory_and_the_robot_stays(mapped):
     before = mapped.world.truth
     outcome = ask(mapped, "submarine")
@@ -46,11 +61,13 @@ def test_an_unknown_object_is_not_in_memory_and_the_robot_stays(mapped):
     assert np.allclose(mapped.world.truth, before, atol=0.01)
 
 
+@apart
 def test_an_empty_name_is_refused_in_words(mapped):
     with pytest.raises(ValueError, match="what to look for"):
         Target.of("  ", mapped.robot.encoder)
 
 
+@apart
 def test_what_was_taken_away_is_not_claimed(mapped):
     house = mapped.world.house
     taken = house.objects["dustbin-1"]
@@ -63,6 +80,7 @@ def test_what_was_taken_away_is_not_claimed(mapped):
     assert outcome.replans and all(0 <= r.probability.min() and r.probability.max() <= 1 for r in outcome.replans)
 
 
+@apart
 def test_an_improbable_claim_is_made_only_if_asked_for(mapped, monkeypatch):
     monkeypatch.setattr(mapped.robot.encoder, "confidence", lambda seen, remembered: 0.1)
     outcome = ask(mapped, "couch")
@@ -70,6 +88,7 @@ def test_an_improbable_claim_is_made_only_if_asked_for(mapped, monkeypatch):
     assert ask(mapped, "couch", search_unknown=True).status == "found"
 
 
+@apart
 def test_of_several_claims_the_surest_is_gone_back_to(mapped, monkeypatch):
     stated = []
 
@@ -83,6 +102,7 @@ def test_of_several_claims_the_surest_is_gone_back_to(mapped, monkeypatch):
     assert judge(mapped.world, "couch").in_view
 
 
+@apart
 def test_a_claim_is_gone_back_to_after_places_that_showed_nothing(mapped, monkeypatch):
     inspect, seen, later = FindObject.inspect, [], []
 
@@ -101,6 +121,7 @@ def test_a_claim_is_gone_back_to_after_places_that_showed_nothing(mapped, monkey
     assert judge(mapped.world, "couch").in_view
 
 
+@apart
 def test_a_best_guess_is_the_view_in_memory_where_nothing_is_recognized(mapped, monkeypatch):
     def see_nothing(mission, hypothesis):
         yield from turn(mission.robot, np.pi)
@@ -112,6 +133,7 @@ def test_a_best_guess_is_the_view_in_memory_where_nothing_is_recognized(mapped, 
     assert judge(mapped.world, "teddy bear").in_view
 
 
+@apart
 def test_a_sure_claim_ends_the_search(mapped, monkeypatch):
     stated = []
     monkeypatch.setattr(mapped.robot.encoder, "confidence", lambda *scores: stated.append(scores) or 0.95)
@@ -119,6 +141,7 @@ def test_a_sure_claim_ends_the_search(mapped, monkeypatch):
     assert len(stated) == 1
 
 
+@apart
 def test_a_search_nearby_knows_where_it_was_looked_in_vain(mapped):
     first = []
     for looked in (False, True):

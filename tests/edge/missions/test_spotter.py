@@ -1,0 +1,48 @@
+"""A target behind something: looked at from where it shows."""
+
+import pytest
+
+from edge.missions.mission import Mission
+from edge.missions.motion import drive
+from edge.missions.spotter import Spotter, SpotterConfig
+from edge.perception.prompts import Target
+from tools.eval.child import in_child
+from tools.eval.tour import run
+
+
+class Look(Mission):
+    """Drives to where the couch is looked at from, and approaches it."""
+
+    def __init__(self, robot, config):
+        self.spotter = Spotter(robot, Target.of("couch", robot.encoder), config)
+        super().__init__(robot)
+
+    def story(self):
+        yield from drive(self.robot, (0.0, -1.2), heading=1.9)
+        seen = yield from self.spotter.look()
+        centred = yield from self.spotter.approach(seen)
+        return (yield from self.spotter.hidden(centred))
+
+
+def look_past_a_cupboard(mapped, x, y, config):
+    """How much is hidden in the end by the robot's own measure, and how much of the couch is truly in view."""
+    mapped.world.house.add_object("occluder", "cupboard", x, y, 0.0)
+    mission = Look(mapped.robot, config)
+    run(mapped.world, mission)
+    return mission.outcome, mapped.world.visible_fraction("couch-1")
+
+
+@pytest.mark.parametrize("place", [(1.5, 2.3), (1.8, 2.2), (1.5, 2.0)])
+def test_what_is_half_hidden_is_looked_at_from_aside(mapped, place):
+    hidden, visible = in_child(look_past_a_cupboard, mapped, *place, None)
+    assert visible > 0.7 and hidden < SpotterConfig.hidden
+
+
+def test_without_a_look_from_aside_most_of_it_stays_hidden(mapped):
+    hidden, visible = in_child(look_past_a_cupboard, mapped, 1.5, 2.0, SpotterConfig(hidden=1.0))
+    assert visible < 0.3 and hidden > SpotterConfig.hidden
+
+
+def test_what_stands_free_is_looked_at_once(mapped):
+    hidden, visible = in_child(look_past_a_cupboard, mapped, 3.3, 2.4, None)
+    assert visible > 0.9 and hidden < SpotterConfig.hidden
