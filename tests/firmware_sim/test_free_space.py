@@ -28,3 +28,10 @@ def test_furniture_and_closed_doors_are_in_the_way_but_not_what_hangs_or_stands_
     assert area["hall"] < free["hall"] - 0.8
     closed = plan | {"doors": [plan["doors"][0] | {"open": False}]}
     assert FreeSpace(House.from_dict(closed, boxes)).reachable_area(0.2)["den"] == 0.0
+
+
+def test_behind_a_closed_door_only_what_lies_there_is_reached(plan, boxes):
+    space = FreeSpace(House.from_dict(plan | {"objects": [], "doors": [plan["doors"][0] | {"open": False}]}, boxes))
+    hall, den = space.reachable(0.2), space.reachable(0.2, np.array([5.5, 2.0]))
+    assert hall.any() and den[space.frame.to_cell(np.array([5.5, 2.0]))]
+    assert not (hall & den).any()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from edge.pose import between, wrap
+from tools.eval import disturbance
 from tools.eval.child import in_child
 from tools.eval.disturbance import DISTURBANCES, MOVED, Impossible, disturb
 from tools.eval.episode import ask
@@ -29,6 +30,13 @@ def test_an_occluder_stands_in_the_way(tour):
     before, after, *_ = in_child(changed, tour, "occlude")
     assert after["occluder"][0] == "cupboard"
     assert np.hypot(*(after["occluder"][1] - before["teddy-1"])) < 3
+
+
+def test_what_an_occluder_would_wall_in_is_left_alone(tour, monkeypatch):
+    monkeypatch.setattr(disturbance, "LOOKS", 0)  # nowhere to see it from
+    with pytest.raises(Impossible):
+        in_child(changed, tour, "occlude")
+    assert "occluder" not in tour.world.house.objects
 
 
 def test_a_displaced_thing_stands_elsewhere_in_its_room(tour):
