@@ -162,6 +162,12 @@ def bench_encoder(context: typer.Context) -> None:
     _become("tools.bench.encoder", context.args)
 
 
+@bench_app.command("store", context_settings=_PASSED_ON, add_help_option=False)
+def bench_store(context: typer.Context) -> None:
+    """Time a question to the memory beside other vector searches (vlpg bench store --help)."""
+    _become("tools.bench.store", context.args)
+
+
 @app.command()
 def find(
     words: Annotated[str, typer.Argument(metavar="OBJECT", help='what to find, such as "the teddy bear"')],

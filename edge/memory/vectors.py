@@ -12,6 +12,7 @@ import numpy as np
 from edge.memory.database import PER_NODE
 
 _FIRST_ROWS = 64
+_SPARE = 8  # rows scored again beyond those asked for and a quarter of them
 _SLACK = 8  # the matrix grows by 1/8: enough to amortise the copies, little enough to stay under 1.5 x the embedding
 
 
@@ -91,31 +92,32 @@ class Vectors:
     def search(self, direction, k):
         """The ``k`` rows with the largest dot product with ``direction (D,)`` float: ``Hits``, best first.
 
-        The int8 scan proposes 2 k rows; these are scored again with the unquantised direction, so that the query's own
-        rounding moves neither the order nor the scores. An empty memory or ``k`` = 0 gives empty hits.
+        The int8 scan proposes a few more rows; these are scored again with the unquantised direction, so that the
+        query's own rounding, a thousandth of a unit vector's score, moves neither the order nor the scores. An empty
+        memory or ``k`` = 0 gives empty hits.
         """
         direction = np.asarray(direction, np.float32)
         if direction.shape != (self.dim,):
             raise ValueError(f"the query has shape {direction.shape}, and the store holds vectors of {self.dim}")
-        if not np.isfinite(direction).all():
+        if not np.isfinite(np.abs(direction).max()):
             raise ValueError("the query direction holds NaN or infinity; encode the text again")
         k = min(k, len(self))
         if k <= 0:
             return Hits(np.empty(0, np.int64), np.empty(0, np.float32), np.empty(0, np.float32))
-        owners, coarse = self._owners[: self._count], self._dots(direction)
+        coarse, _ = self._dots(direction)
         if self._dead:
             coarse[~self._answers[: self._count]] = -np.inf
-        rows = _largest(coarse, min(2 * k, len(self)))
+        rows = _largest(coarse, min(k + k // 4 + _SPARE, len(self)))
         scores = (self._matrix[rows].astype(np.float32) @ direction) * self._scales[rows]
-        best = np.argsort(-scores, kind="stable")[:k]
+        best = (-scores).argsort(kind="stable")[:k]
         rows = rows[best]
-        return Hits(owners[rows].astype(np.int64), scores[best], self._bearings[rows])
+        return Hits(self._owners[rows].astype(np.int64), scores[best], self._bearings[rows])
 
     def scores(self, nodes, direction):
         """Scores and bearings ``(M, PER_NODE)`` of the regions of ``nodes (M,)``; NaN where a node has none."""
         rows, has = self._of_rank(nodes, np.arange(PER_NODE))
-        dots = self._dots(np.asarray(direction, np.float32))
-        return np.where(has, dots[rows], np.nan), np.where(has, self._bearings[rows], np.nan)
+        dots, scale = self._dots(np.asarray(direction, np.float32))
+        return np.where(has, dots[rows] * scale, np.nan), np.where(has, self._bearings[rows], np.nan)
 
     def cosines(self, nodes, vectors):
         """Cosines ``(M, R)`` of the rows of ``vectors (R, D)`` with the regions of ``nodes (M,)``, rank by rank.
@@ -155,10 +157,12 @@ class Vectors:
         return tuple(a[: self._count][alive] for a in (self._owners, self._matrix, self._scales, self._bearings))
 
     def _dots(self, direction):
-        """Dot products of all rows with ``direction (D,)``, which is rounded to int8 like the rows."""
-        query, scale = quantize(direction)
-        dots = np.asarray(numkong.cdist(query, self._matrix[: self._count], "dot")).ravel()
-        return dots * (self._scales[: self._count] * scale)
+        """Dot products ``(N,)`` float32 of all rows with ``direction (D,)`` in int8, and the scale that they lack."""
+        scale = max(float(np.abs(direction).max()), 1e-30) / 127
+        query = np.rint(direction * np.float32(1 / scale)).astype(np.int8)
+        dots = np.asarray(numkong.cdist(query[None], self._matrix[: self._count], "dot", out_dtype="f32"))[0]
+        dots *= self._scales[: self._count]
+        return dots, np.float32(scale)
 
     def _of_rank(self, nodes, ranks):
         """Rows ``(M, R)`` of the regions of ``ranks (R,)`` of ``nodes (M,)``, and whether each node has them."""
