@@ -83,9 +83,10 @@ def test_what_was_taken_away_is_not_claimed(mapped):
 @apart
 def test_an_improbable_claim_is_made_only_if_asked_for(mapped, monkeypatch):
     monkeypatch.setattr(mapped.robot.encoder, "confidence", lambda seen, remembered: 0.1)
-    outcome = ask(mapped, "couch")
+    once = FindObjectConfig(hypotheses=1)
+    outcome = ask(mapped, "couch", config=once)
     assert outcome.status == "not found" and outcome.claim is not None and outcome.confidence == 0.1
-    assert ask(mapped, "couch", search_unknown=True).status == "found"
+    assert ask(mapped, "couch", search_unknown=True, config=once).status == "found"
 
 
 @apart
