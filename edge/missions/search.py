@@ -45,14 +45,14 @@ class Search(Mission):
     def __init__(self, robot: Robot, target: Target, time_limit: float):
         self.target = target
         self._limit = time_limit
-        self._started, self._driven = robot.stamp, robot.distance
+        self._started = self._driven = 0.0  # s, m; set by the first observation, as a new robot has read no clock yet
         super().__init__(robot)
 
     def search(self) -> Story:
         raise NotImplementedError
 
     def story(self) -> Story:
-        self._started, self._driven = self.robot.stamp, self.robot.distance  # a new robot reads its first clock here
+        self._started, self._driven = self.robot.stamp, self.robot.distance
         return (yield from self.search())
 
     def step(self, observation: Observation) -> Twist:

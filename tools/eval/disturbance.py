@@ -18,7 +18,7 @@ PUSHED = 0.3, radians(10)  # m, rad; the robot believes to be up to this far fro
 MOVED = 2.0  # m, at most, that a thing is displaced
 OCCLUDERS = "cupboard", "bookcase"  # 1 m wide and 1.5 m high: what stands behind one is hidden from the camera
 TRIES = 300
-LOOKS = 100
+LOOKS = 100  # places from which a thing must be in view at least once, or it counts as walled in
 
 
 class Impossible(RuntimeError):

@@ -6,9 +6,11 @@ from functools import wraps
 import numpy as np
 import pytest
 
+from edge.missions import find_object
 from edge.missions.find_object import FindObject, FindObjectConfig
 from edge.missions.map_home import MapHome
 from edge.missions.motion import turn
+from edge.observation import STOP
 from edge.perception.prompts import Target
 from edge.planning.viewpoint import field_of_view
 from tests.edge.missions.conftest import make_robot, make_world
@@ -61,7 +63,6 @@ def test_an_unknown_object_is_not_in_memory_and_the_robot_stays(mapped):
     assert np.allclose(mapped.world.truth, before, atol=0.01)
 
 
-@apart
 def test_an_empty_name_is_refused_in_words(mapped):
     with pytest.raises(ValueError, match="what to look for"):
         Target.of("  ", mapped.robot.encoder)
@@ -182,3 +183,37 @@ def test_dead_sensors_are_survived_and_lose_no_map():
         observation = world.step(mission.step(replace(observation, frame=frame, scan=scan)))
     assert np.isfinite(mission.robot.pose).all()
     assert mission.robot.grid.free.sum() >= known
+
+
+@apart
+def test_a_search_nearby_goes_by_the_home_as_it_was_remembered(mapped):
+    mission = FindObject(mapped.robot, Target.of("couch", mapped.robot.encoder))
+    hypothesis = mission.recall()[0]
+    grid, (x, y, heading) = mapped.robot.grid, hypothesis.pose
+    line = np.arange(-0.6, 0.6, 0.02)
+    ahead, left = np.array([np.cos(heading), np.sin(heading)]), np.array([-np.sin(heading), np.cos(heading)])
+    for place in (x, y) + 0.6 * ahead + line[:, None] * left:  # what the lidar sees of a cupboard brought in since
+        grid.integrate_contact(np.array([*place, 0.0]), 0.1)
+    beyond = (x, y) + 1.2 * ahead
+    in_view = field_of_view(grid.occupied, grid.frame, hypothesis.pose, mapped.robot.camera)
+    assert not in_view[grid.frame.to_cell(beyond)]
+    next(mission.search_nearby(hypothesis))
+    replan = mission.replans[0]
+    assert replan.probability[replan.frame.to_cell(beyond)] > 0.5
+
+
+@apart
+def test_where_it_cannot_drive_to_is_not_tried_again(mapped, monkeypatch):
+    def stay(robot, goal, heading=None):
+        yield STOP
+        return False
+
+    monkeypatch.setattr(find_object, "drive", stay)
+    mission = FindObject(mapped.robot, Target.of("couch", mapped.robot.encoder))
+    hypothesis = mission.recall()[0]
+    monkeypatch.setattr(mission.spotter, "stare", lambda: mission.spotter.in_vain.append(mapped.robot.pose) or iter(()))
+    for _ in mission.search_nearby(hypothesis):
+        pass
+    places = np.array([replan.pose[:2] for replan in mission.replans])
+    apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))[np.triu_indices(len(places), 1)]
+    assert len(places) > 1 and apart.min() > FindObjectConfig.given_up

@@ -131,5 +131,16 @@ def test_best_viewpoint_equals_brute_force_of_equation_3():
     np.testing.assert_array_equal(best[0].pose, poses[int(np.argmax(overlaps))])
 
 
+def test_weak_hits_have_no_say_in_where_to_look_from():
+    rng = np.random.default_rng(2)
+    poses = np.concatenate([around(0, 0, 0.6, 3, rng, 0.05), around(0, 0, 0.0, 20, rng, 0.05)])
+    scores = np.concatenate([np.full(3, 0.9), np.full(20, 0.4)])
+    free = np.zeros(FRAME.shape, bool)
+    (best, *_) = rank_viewpoints(poses, scores, free, FRAME, CAMERA)
+    assert len(best.members) == 23 and any(np.array_equal(best.pose, pose) for pose in poses[:3])
+    (asked, *_) = rank_viewpoints(poses, scores, free, FRAME, CAMERA, ViewpointConfig(strong=1.0))
+    assert any(np.array_equal(asked.pose, pose) for pose in poses[3:])
+
+
 def test_no_hits_no_viewpoints():
     assert rank_viewpoints(np.empty((0, 3)), np.empty(0), np.zeros(FRAME.shape, bool), FRAME, CAMERA) == []
