@@ -12,6 +12,7 @@ _ROLLUP = Path("/proc/self/smaps_rollup")
 
 # glibc's malloc.h. Blocks from this size on, such as pictures and the towers' activations, get pages of their own.
 _M_MMAP_THRESHOLD, _LARGE = -3, 128 * 1024  # bytes; glibc's own first value
+_M_TOP_PAD, _SPARE = -2, 16 * 1024  # bytes that the heap grows by beyond what is asked for; glibc takes 128 kB
 
 
 def stop_event():
@@ -32,6 +33,7 @@ def give_back_large_blocks():
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:
         mallopt(_M_MMAP_THRESHOLD, _LARGE)
+        mallopt(_M_TOP_PAD, _SPARE)
 
 
 def cache_file(name):

@@ -53,9 +53,9 @@ if grep BAD "$folder/doctor.txt" | grep -v "ms a picture"; then exit 1; fi
 
 echo "== towers, store and a recorded search, against this machine"
 [ -e "$folder/work/here.npz" ] || $python -m tools.arm64.here prepare "$folder/work"
-cp "$folder"/work/{home.vlpg,mission.npz,start.npy,noun.txt} tools/arm64/{there,recording}.py "$system/check/"
+cp "$folder"/work/{home.vlpg,mission.rec} tools/arm64/there.py "$system/check/"
 arm /check/there.py /check
-cp "$system"/check/{there.npz,relived.vlpg} "$folder/work/"
+cp "$system"/check/{there.npz,there.vlpg} "$folder/work/"
 $python -m tools.arm64.here compare "$folder/work"
 
 echo "== a robot there, a host here"

@@ -22,9 +22,7 @@ app = typer.Typer(
 )
 models_app = typer.Typer(help="The encoders that are at hand.", no_args_is_help=True)
 eval_app = typer.Typer(help="Measure how well the whole system, or a part of it, does.", no_args_is_help=True)
-bench_app = typer.Typer(help="Measure speed and memory on this machine.", no_args_is_help=True)
 app.add_typer(models_app, name="models")
-app.add_typer(bench_app, name="bench")
 app.add_typer(eval_app, name="eval")
 
 # For commands whose module reads its own arguments, --help included.
@@ -156,16 +154,10 @@ def eval_overlay(context: typer.Context) -> None:
     _become("tools.eval.objectnav.overlay", context.args)
 
 
-@bench_app.command("encoder", context_settings=_PASSED_ON, add_help_option=False)
-def bench_encoder(context: typer.Context) -> None:
-    """Time and weigh the image tower beside its float32 peers (vlpg bench encoder --help)."""
-    _become("tools.bench.encoder", context.args)
-
-
-@bench_app.command("store", context_settings=_PASSED_ON, add_help_option=False)
-def bench_store(context: typer.Context) -> None:
-    """Time a question to the memory beside other vector searches (vlpg bench store --help)."""
-    _become("tools.bench.store", context.args)
+@app.command(context_settings=_PASSED_ON, add_help_option=False)
+def bench(context: typer.Context) -> None:
+    """Measure speed and memory on this machine (vlpg bench --help)."""
+    _become("tools.bench.command", context.args)
 
 
 @app.command()
@@ -306,9 +298,9 @@ def models_import(
     ORGANISATION/NAME or ORGANISATION/NAME@REVISION. HF_ENDPOINT, HF_TOKEN and HF_HUB_OFFLINE are heeded. Takes minutes,
     and the extra `import`.
     """
+    from edge.bench.probe_process import ProbeFailed
     from models.manifest import ModelError
     from tools.models.command import import_model
-    from tools.models.probe_process import ProbeFailed
 
     with _explained(ModelError, ProbeFailed, OSError):
         import_model(source, name, checkpoint)
@@ -343,8 +335,8 @@ def models_verify(
     files_only: Annotated[bool, typer.Option("--files-only", help="do not measure anything again")] = False,
 ) -> None:
     """Check a model's files by sha256, measure it again, and compare with its card. Exit code 1: something differs."""
+    from edge.bench.probe_process import ProbeFailed
     from models.manifest import ModelError
-    from tools.models.probe_process import ProbeFailed
     from tools.models.verify import HEADER, sound, verify
 
     differs = False

@@ -1,6 +1,7 @@
 """Find a named object in a known home: the whole of [V], Fig. 1."""
 
 from dataclasses import dataclass, replace
+from random import Random
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class FindObject(Search):
         self.hypotheses: list[Viewpoint] = []
         self.places = np.zeros((0, 3))
         self.replans: list[Replan] = []
-        self._rng = np.random.default_rng(seed)
+        self._rng = Random(seed)
         super().__init__(robot, target, self.config.time_limit)
 
     def search(self) -> Story:

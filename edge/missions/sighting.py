@@ -1,5 +1,6 @@
 """An object seen in a picture, and where that puts it in the map."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +28,7 @@ class Sighting:
     behind: np.ndarray | None = None  # (2,) m, where it is if the nearest thing in the box only stands in front of it
 
 
-def sight(robot: Robot, detector: Detector, target: Target, views: list[View]) -> Sighting | None:
+def sight(robot: Robot, detector: Detector, target: Target, views: Iterable[View]) -> Sighting | None:
     """The target in ``views`` of the robot's newest picture, where it shows best; None if in none of them."""
     height, width = robot.frame.depth.shape
     detections = [detector.detect(view, target, (width, height)) for view in views]

@@ -1,6 +1,7 @@
 """Looking for one thing: around, closely, from near. What all missions that find things share."""
 
 from dataclasses import dataclass
+from random import Random
 
 import numpy as np
 
@@ -87,7 +88,7 @@ class Spotter:
         search.expect(centred.position, self.config.extent)
         search.observed(robot.pose)
         ground = reachable(grid, robot.pose, robot.config.radius)
-        pose = search.next_pose(robot.pose, ground, grid.clearance(), grid.frame, np.random.default_rng(0))
+        pose = search.next_pose(robot.pose, ground, grid.clearance(), grid.frame, Random(0))
         if pose is not None:
             yield from drive(robot, pose[:2], heading=pose[2])
             seen = yield from self.stare()

@@ -7,7 +7,7 @@ from models.manifest import Manifest
 
 
 class TextTower:
-    """Tokenizer and text graph of a manifest, opened when the first prompt comes: together they take 27 MB.
+    """Tokenizer and text graph of a manifest, open while prompts are encoded: together they take 27 MB.
 
     It remembers nothing: that is ``edge.memory.prompts``, in front of it wherever prompts come again.
     """
@@ -17,7 +17,7 @@ class TextTower:
         self._tokenizer = self._session = None
 
     def open(self) -> None:
-        """Open it now (about 0.2 s), for who has others waiting when the first prompt comes."""
+        """Open it, and leave it so: for who has others waiting, as it takes about 0.2 s."""
         if self._session is None:
             from tokenizers import Tokenizer
 
@@ -36,7 +36,12 @@ class TextTower:
 
     def encode(self, texts: list[str]) -> np.ndarray:
         """``(N, D)`` float32 unit rows. One prompt a run, so that a vector never depends on what else was asked."""
-        rows = [self._encode_one(text) for text in texts]
+        keep = self._session is not None
+        try:
+            rows = [self._encode_one(text) for text in texts]
+        finally:
+            if not keep:
+                self._tokenizer = self._session = None
         return np.stack(rows) if rows else np.zeros((0, self._manifest.dim), np.float32)
 
     def _encode_one(self, text: str) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import hypot
+from random import Random
 
 import cv2
 import numpy as np
@@ -94,7 +95,7 @@ class LocalSearch:
         reachable: np.ndarray,
         clearance: np.ndarray,
         frame: GridFrame,
-        rng: np.random.Generator,
+        rng: Random,
     ) -> np.ndarray | None:
         """The pose ``(3,)`` to look from next, or None: limit of replans, nowhere to go, or nothing worth seeing.
 
@@ -127,11 +128,12 @@ class LocalSearch:
         """A look from ``pose (3,)`` did not show the object."""
         self.probability.ravel()[self._in_view(pose)] *= self.config.missed
 
-    def _samples(self, places: np.ndarray, gaps: np.ndarray, rng: np.random.Generator):
+    def _samples(self, places: np.ndarray, gaps: np.ndarray, rng: Random):
         """Pairs of a pose at one of ``places (N, 2)``, facing a cell in sight drawn by its probability, and the gap."""
-        chosen = rng.choice(len(places), size=self.config.drawn)
-        weight = self.probability.ravel().astype(float)
-        towards = rng.choice(weight.size, size=len(chosen), p=weight / weight.sum())
+        # Not numpy's generator: loading it takes 2 MB, and it would be the only one of its kind on the robot.
+        chosen = np.array([rng.randrange(len(places)) for _ in range(self.config.drawn)])
+        below = np.cumsum(self.probability.ravel(), dtype=float)
+        towards = np.searchsorted(below, [below[-1] * rng.random() for _ in chosen], side="right")
         looked_at = self.frame.to_world(*np.unravel_index(towards, self.probability.shape))
         kept = np.flatnonzero(self._in_sight(places[chosen], looked_at))[: self.config.samples]
         chosen = chosen[kept]

@@ -1,29 +1,20 @@
 """The side of this machine: ``python -m tools.arm64.here prepare|compare FOLDER``; see tools/arm64_check.sh.
 
-``prepare`` maps a small home with the shipped encoder, records the observations of a search in it, and does here what
-``there.py`` is to do on ARM. ``compare`` reads what it did. Exit code 1: it did something else.
+``prepare`` records a tour of a small home and a search in it, with the shipped encoder, and does here what ``there.py``
+is to do on ARM. ``compare`` reads what it did. Exit code 1: it did something else.
 """
 
 import argparse
-import shutil
 from pathlib import Path
 
 import numpy as np
 
 from edge.memory.store import Vlpg
-from edge.missions.find_object import FindObject
-from edge.missions.map_home import MapHome
 from edge.perception.encoder import Encoder
-from edge.perception.prompts import Target
-from edge.robot import Robot
-from firmware_sim.home import load_home
-from firmware_sim.world import World
 from tools.arm64 import there
-from tools.arm64.recording import write
-from tools.eval.tour import run
+from tools.bench.record import record
 
-HOME, NOUN = str(Path(__file__).parent / "flat.json"), "electric guitar"
-LENGTH = 400  # observations at most; emulated, each takes more than a second
+HOME, NOUN = str(Path(__file__).parent / "flat.json"), "plant"
 ALIKE = 0.997, 0.98  # cosine of int8 embeddings between processors, median and least; each is that far from float32
 NEAR = 0.05, np.radians(2.0)  # m, rad between the poses believed
 APART = 0.3  # m between the places claimed
@@ -31,28 +22,10 @@ TWIST = 0.1, 0.2  # m/s, rad/s between commands, in the median
 
 
 def prepare(folder: Path, home: str = HOME, noun: str = NOUN) -> None:
-    """Write the store, the recording and what this machine makes of them into ``folder``."""
+    """Write the recording and what this machine makes of it into ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)
-    world, encoder = World(load_home(home), 0), Encoder.load()
-    file = folder / "home.vlpg"
-    file.unlink(missing_ok=True)
-    with Vlpg.open(file, encoder.name, encoder.digest, encoder.dim) as memory:
-        robot = Robot(encoder, memory, world.config.camera_model)
-        run(world, MapHome(robot))
-        memory.save_map(robot.grid.to_bytes())
-        np.save(folder / "start.npy", robot.pose)
-    searched = folder / "searched.vlpg"  # what the robot learns while it searches is not for the others
-    shutil.copy(file, searched)
-    with Vlpg.open(searched, encoder.name, encoder.digest, encoder.dim) as memory:
-        observations = [world.step(None)]
-        robot = there.awake(encoder, memory, np.load(folder / "start.npy"), observations[0])
-        mission = FindObject(robot, Target.of(noun, encoder), search_unknown=True)
-        while not mission.done and len(observations) < LENGTH:
-            observations.append(world.step(mission.step(observations[-1])))
-    searched.unlink()
-    write(folder / "mission.npz", observations)
-    (folder / "noun.txt").write_text(noun)
-    np.savez(folder / "here.npz", **there.everything(folder, noun))
+    record(folder / "mission.rec", home, [noun])
+    np.savez(folder / "here.npz", **there.everything(folder, folder / "home.vlpg"))
 
 
 def compare(folder: Path) -> list[tuple[str, str, bool]]:
@@ -66,7 +39,7 @@ def compare(folder: Path) -> list[tuple[str, str, bool]]:
         text = _cosine(ours["direction"], theirs["direction"])
         same = float((ours["ids"] == theirs["ids"]).mean())
         statuses = str(ours["status"]), str(theirs["status"])
-        nodes = _nodes(folder / "relived.vlpg")
+        nodes = _nodes(folder / "there.vlpg")
         claims = float(np.hypot(*(ours["claimed"] - theirs["claimed"])))  # NaN where nothing was
         alike = float(np.median(cosines)), float(cosines.min())
         return [

@@ -1,4 +1,4 @@
-"""``vlpg bench encoder``: speed and memory of the image tower on one thread, beside what one would otherwise pick.
+"""``vlpg bench peers encoder``: the image tower on one thread, beside what one would otherwise pick.
 
 The same tower in float32 with PyTorch (extra ``train``), and in float32 with ONNX Runtime (package ``onnx``), each if
 installed. Every tower has a process of its own. First each is weighed, alone; then all are timed in turns, a few passes
@@ -12,9 +12,9 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
+from edge.bench.probe_process import ProbeFailed
 from models.manifest import DEFAULT, Manifest, ModelError, resolve
 from tools.bench.peers import PASSES, TURNS, measure, show
-from tools.models.probe_process import ProbeFailed
 
 OURS = "int8, ONNX Runtime, as on the robot"
 
@@ -44,8 +44,8 @@ def peers(manifest: Manifest, folder: Path) -> tuple[dict[str, tuple[str, ...]],
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """``vlpg bench encoder``."""
-    parser = argparse.ArgumentParser(prog="vlpg bench encoder", description=__doc__.split(": ", 1)[1])
+    """``vlpg bench peers encoder``."""
+    parser = argparse.ArgumentParser(prog="vlpg bench peers encoder", description=__doc__.split(": ", 1)[1])
     parser.add_argument("--model", default=DEFAULT, help="name or folder of the encoder (default: %(default)s)")
     parser.add_argument("--turns", type=int, default=TURNS, help=f"of {PASSES} timed passes (default: %(default)s)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
@@ -59,7 +59,7 @@ def main(arguments: list[str] | None = None) -> None:
             commands, missing = peers(manifest, Path(folder))
             found = measure(commands, options.turns)
     except (ModelError, ProbeFailed) as error:
-        parser.exit(2, f"vlpg bench encoder: {error}\n")
+        parser.exit(2, f"vlpg bench peers encoder: {error}\n")
     print(f"{manifest.name}, {manifest.image.height} x {manifest.image.width} px, {options.turns} turns")
     print(show(found))
     print("\n".join(missing))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tools.models.probe_process import ProbeProcess
+from edge.bench.probe_process import ProbeProcess
 
 PASSES = 3  # a turn; one more runs before them untimed, as the one before has filled the caches
 TURNS = 30

@@ -8,11 +8,11 @@ relevance alone, by a picture of 640 columns that sees to the end of its range, 
 
 import argparse
 import time
-from collections import defaultdict
 
 import cv2
 import numpy as np
 
+from edge.bench.stopwatch import Stopwatch
 from edge.camera import CameraModel
 from edge.mapping.occupancy import OccupancyGrid
 from edge.mapping.relevance import RelevanceMap
@@ -25,32 +25,6 @@ from tools.eval.objectnav.campaign import chosen
 from tools.eval.objectnav.episode import Run
 from tools.eval.objectnav.planners import PLANNERS
 from tools.eval.options import homes_named
-
-
-class Stopwatch:
-    """Adds up the time [s] that methods take, by the name of their stage, until it is read."""
-
-    def __init__(self):
-        self._spent: dict[str, float] = defaultdict(float)
-
-    def watch(self, owner, method: str, stage: str) -> None:
-        """From now on, time each call of ``owner``'s ``method``."""
-        function = getattr(owner, method)
-
-        def timed(*arguments, **options):
-            started = time.perf_counter()
-            try:
-                return function(*arguments, **options)
-            finally:
-                self._spent[stage] += time.perf_counter() - started
-
-        setattr(owner, method, timed)
-
-    def read(self) -> dict[str, float]:
-        """What was spent since the last reading."""
-        spent, self._spent = dict(self._spent), defaultdict(float)
-        return spent
-
 
 STAGES = ("localize and map", "encode", "relevance", "frontiers and choice", "plan")
 
@@ -69,7 +43,7 @@ def steps_of(run: Run, watch: Stopwatch) -> list[dict[str, float]]:
     while not run.done:
         watch.read()  # what went on between the steps
         action = run.choose()
-        spent = watch.read()
+        spent = {stage: sum(calls) for stage, calls in watch.read().items()}
         if run.done:
             break
         if STAGES[3] in spent:

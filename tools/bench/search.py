@@ -9,35 +9,15 @@ from collections.abc import Callable
 
 import numpy as np
 
+from edge.bench.store import DIM, HITS, filled, unit_vectors
 from tools.models.probe import serve
 
-DIM = 512  # as of most encoders of pictures and words
 REGIONS = 4  # vectors a node
-HITS = 50  # k of a question
 QUERIES = 64
 
 
-def unit_vectors(count: int, seed: int) -> np.ndarray:
-    """``(count, DIM)`` float32."""
-    rows = np.random.default_rng(seed).normal(size=(count, DIM)).astype(np.float32)
-    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
-
-
-def store(count: int):
-    """A memory with ``count`` vectors, on nodes half a metre apart."""
-    from edge.memory.store import Vlpg, VlpgConfig
-
-    nodes = count // REGIONS
-    memory = Vlpg.open(":memory:", "bench", "0" * 64, DIM, VlpgConfig(limit=nodes))
-    side = int(np.ceil(np.sqrt(nodes)))
-    for node, regions in enumerate(unit_vectors(count, 0).reshape(nodes, REGIONS, DIM)):
-        pose = np.array([0.5 * (node % side), 0.5 * (node // side), 0.0])
-        memory.add(0.1 * node, pose, 1e-4 * np.eye(3), regions, np.zeros(REGIONS))
-    return memory
-
-
 def vlpg(count: int) -> Callable[[np.ndarray], object]:
-    memory = store(count)
+    memory = filled(":memory:", count // REGIONS, REGIONS)
     return lambda query: memory.search(query, HITS)
 
 

@@ -1,4 +1,4 @@
-"""``vlpg bench store``: speed of a question to the memory, on one thread, beside libraries for vector search.
+"""``vlpg bench peers store``: speed of a question to the memory, on one thread, beside libraries for vector search.
 
 Each searches the same vectors of 512 components for the 50 nearest, in a process of its own: numpy, faiss and usearch,
 those that are installed. All are exact but usearch's graph. Ours rounds vectors to int8, as usearch is told to do, and
@@ -11,9 +11,10 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
+from edge.bench.probe_process import ProbeFailed
+from edge.bench.store import DIM, HITS, filled
 from tools.bench import search
 from tools.bench.peers import PASSES, TURNS, Peer, measure, show
-from tools.models.probe_process import ProbeFailed
 
 OURS = "int8, exact, the memory"
 PEERS = {
@@ -37,19 +38,19 @@ def peers(count: int) -> tuple[dict[str, tuple[str, ...]], list[str]]:
 
 def bytes_per_byte(count: int) -> float:
     """Bytes of RAM that the memory takes, poses included, for each byte of int8 embedding."""
-    return search.store(count).nbytes / (count * search.DIM)
+    return filled(":memory:", count // search.REGIONS, search.REGIONS).nbytes / (count * DIM)
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """``vlpg bench store``."""
-    parser = argparse.ArgumentParser(prog="vlpg bench store", description=__doc__.split(": ", 1)[1])
+    """``vlpg bench peers store``."""
+    parser = argparse.ArgumentParser(prog="vlpg bench peers store", description=__doc__.split(": ", 1)[1])
     parser.add_argument("--vectors", default="2000,20000", help="how many, comma-separated (default: %(default)s)")
     parser.add_argument("--turns", type=int, default=TURNS, help=f"of {PASSES} timed searches (default: %(default)s)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
     options = parser.parse_args(arguments)
     counts = options.vectors.split(",")
-    if not all(count.isdigit() and int(count) >= search.HITS for count in counts):
-        parser.error(f"--vectors takes numbers of at least {search.HITS}, comma-separated, not {options.vectors!r}")
+    if not all(count.isdigit() and int(count) >= HITS for count in counts):
+        parser.error(f"--vectors takes numbers of at least {HITS}, comma-separated, not {options.vectors!r}")
     if options.turns < 1:
         parser.error("--turns must be at least 1")
     results: dict[str, list[Peer]] = {}
@@ -58,7 +59,7 @@ def main(arguments: list[str] | None = None) -> None:
         try:
             results[count] = measure(commands, options.turns)
         except ProbeFailed as error:
-            parser.exit(2, f"vlpg bench store: {error}\n")
+            parser.exit(2, f"vlpg bench peers store: {error}\n")
         print(f"{count} vectors; the memory takes {bytes_per_byte(int(count)):.2f} bytes for each byte of them in int8")
         print(show(results[count]) + "\n")
     print("\n".join(missing))

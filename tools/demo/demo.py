@@ -12,11 +12,11 @@ from typing import get_args
 
 from rich.console import Console
 
+from edge.bench.usage import Sampler
 from edge.link.exchange import NoAnswer
 from edge.link.requests import RequestError
 from edge.link.session import LinkConfig, LinkError, open_session
 from firmware_sim.home import load_home
-from tools.demo.memory import Sampler
 from tools.demo.naming import default_objects
 from tools.demo.processes import ProcessDied, Supervisor, free_port, module
 from tools.demo.progress import Display, TimeLeft

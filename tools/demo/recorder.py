@@ -10,10 +10,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from edge.bench.usage import History
 from edge.pose import compose, transform
 from firmware_sim.house import House
 from tools.demo.machine import machine, versions
-from tools.demo.memory import History
 from tools.demo.naming import named
 from tools.demo.verdict import judgement
 from tools.report.record import Home, Hypothesis, Map, Mapping, Offload, Process, Replan, Run, Search, Thing

@@ -5,6 +5,7 @@ import random
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+from edge.bench import vlmaps
 from edge.missions.map_home import HomeMapped
 from models.manifest import DEFAULT
 from tools.eval.child import in_child
@@ -23,7 +24,6 @@ class HomeResult:
     episodes: list[Episode]
 
 
-VLMAPS_CELL = 512 * 4  # bytes: a float32 vector of 512 in every cell of 0.05 m (Huang et al. 2023)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +51,11 @@ class Plan:
         for truth in self.truths:
             told = map_home(home, self.encoder, self.seed, truth)
             episodes += [in_child(ask, told, "vlpg-nav", noun, "", self.search, self.seed) for noun in asked]
-        grid = tour.robot.grid
         return HomeResult(
             home=tour.world.house.name,
             mapped=tour.mapped,
             memory=tour.robot.memory.nbytes,
-            dense=int((~grid.unknown).sum()) * VLMAPS_CELL,  # cells that anything is known of, not the box around them
+            dense=vlmaps.nbytes(tour.robot.grid),
             episodes=[episode for episode in episodes if episode is not None],
         )
 

@@ -5,9 +5,9 @@ The same function fills a manifest's ``measured`` when a model is made and check
 
 import numpy as np
 
+from edge.bench.probe_process import ProbeProcess
 from edge.perception.encoder import Encoder
 from models.manifest import Manifest
-from tools.models.probe_process import ProbeProcess
 from tools.models.reference import Reference, parity
 
 PASSES = 60  # timed

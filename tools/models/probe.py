@@ -60,6 +60,7 @@ def text(folder: Path) -> Callable[[int], object]:
     from models.manifest import Manifest
 
     tower = TextTower(Manifest.load(folder))
+    tower.open()
     return lambda i: tower.encode([f"A photo of teddy bear {i % 10}"])
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import onnx
 import torch
-from onnx import helper, numpy_helper
 from onnxruntime.quantization import (
     CalibrationMethod,
     QuantFormat,
@@ -19,6 +18,7 @@ from onnxruntime.quantization.shape_inference import quant_pre_process
 from tools.models.export import export_graph, save
 from tools.models.quantization import Pictures
 from tools.train.image_tower import DEEP, DETAIL, STRIDE, Front, Head, ImageTower, Saliency
+from tools.train.int8_blocks import store_in_blocks
 
 # The stem and the first block stay in float32: their few channels have such unequal ranges that with them in int8 the
 # pooled features keep a median cosine of 0.977 to float32's, and 0.997 without. They are no slower in float32.
@@ -53,7 +53,7 @@ def export_saliency(head: Head, height: int, width: int, path: Path) -> None:
     direction = torch.zeros(head.concepts.shape[1])
     export_graph(Saliency(head), (*maps, direction), path, ["deep", "detail", "direction"], ["map"])
     model = onnx.load(path)
-    _store_int8(model.graph)
+    store_in_blocks(model.graph)
     save(model, path)
 
 
@@ -90,25 +90,3 @@ def quantize(source: Path, target: Path, pictures: Iterator[np.ndarray]) -> None
 
 def _scales(matrix: torch.Tensor) -> torch.Tensor:
     return matrix.abs().amax(1, keepdim=True).clamp(min=1e-12) / 127
-
-
-def _store_int8(graph: onnx.GraphProto) -> None:
-    """Every matrix initializer becomes DequantizeLinear(int8, scale a row); its rows must be on the int8 grid."""
-    for tensor in [t for t in graph.initializer if len(t.dims) == 2 and min(t.dims) > 1]:
-        values = numpy_helper.to_array(tensor)
-        # The exporter may have stored a transposed copy; the grid is along the rows of the original.
-        axis = 0 if _on_grid(values, 1) else 1
-        scale = np.maximum(np.abs(values).max(1 - axis), 1e-12).astype(np.float32) / 127
-        shape = (-1, 1) if axis == 0 else (1, -1)
-        rounded = np.rint(values / scale.reshape(shape)).astype(np.int8)
-        name = tensor.name
-        graph.initializer.remove(tensor)
-        graph.initializer.append(numpy_helper.from_array(rounded, f"{name}_int8"))
-        graph.initializer.append(numpy_helper.from_array(scale, f"{name}_scale"))
-        node = helper.make_node("DequantizeLinear", [f"{name}_int8", f"{name}_scale"], [name], axis=axis)
-        graph.node.insert(0, node)
-
-
-def _on_grid(values: np.ndarray, axis: int) -> bool:
-    steps = values / (np.maximum(np.abs(values).max(axis, keepdims=True), 1e-12) / 127)
-    return bool(np.abs(steps - np.rint(steps)).max() < 1e-2)

@@ -58,3 +58,12 @@ def test_a_graph_without_a_mask_is_fed_none(tower):
     graph = Graph("input_ids")
     tower(graph).encode(["a chair"])
     assert list(graph.fed[0]) == ["input_ids"] and graph.fed[0]["input_ids"].dtype == np.int64
+
+
+def test_it_is_open_while_it_encodes_only_unless_it_was_opened():
+    tower = TextTower(Manifest.load(resolve()))
+    once = tower.encode(["a chair"])
+    assert tower._session is None and tower._tokenizer is None
+    tower.open()
+    session = tower._session
+    assert np.array_equal(tower.encode(["a chair"]), once) and tower._session is session

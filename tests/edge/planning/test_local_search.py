@@ -1,6 +1,7 @@
 """The probability map against Eq. 7 by hand, and the search against a hidden object."""
 
 from dataclasses import replace
+from random import Random
 
 import cv2
 import numpy as np
@@ -81,7 +82,7 @@ def test_observed_leaves_a_fifth_in_view_and_nothing_else_changes(home):
 def test_next_pose_is_reachable_inside_the_map_and_deterministic(home):
     occupied, free, reachable, clearance = home
     poses = [
-        search_in(home).next_pose(VIEWS[0], reachable, clearance, FRAME, np.random.default_rng(4)) for _ in range(2)
+        search_in(home).next_pose(VIEWS[0], reachable, clearance, FRAME, Random(4)) for _ in range(2)
     ]
     np.testing.assert_array_equal(*poses)
     assert reachable[FRAME.to_cell(poses[0][:2])]
@@ -101,7 +102,7 @@ def test_sees_much_of_what_could_be_seen_from_anywhere(home):
     rows, cols = np.nonzero(reachable)
     places = FRAME.to_world(rows, cols)[::97]
     best = max(seen((*xy, heading)) for xy in places for heading in np.arange(0, 6.28, 0.7))
-    pose = search.next_pose(VIEWS[0], reachable, clearance, FRAME, np.random.default_rng(0))
+    pose = search.next_pose(VIEWS[0], reachable, clearance, FRAME, Random(0))
     assert seen(pose) > 0.6 * best
 
 
@@ -134,8 +135,8 @@ def test_finds_what_a_screen_hides_within_the_limit_of_replans(home):
     occupied, _, reachable, clearance = home
     hidden = FRAME.to_cell(np.array([-0.1, 2.2]))  # behind the screen
     found = 0
-    for seed in range(10):
-        search, rng, pose = search_in(home, config=LocalSearchConfig()), np.random.default_rng(seed), VIEWS[0]
+    for seed in range(20):
+        search, rng, pose = search_in(home, config=LocalSearchConfig()), Random(seed), VIEWS[0]
         assert not field_of_view(occupied, FRAME, pose, CAMERA)[hidden]
         search.observed(pose)
         while (pose := search.next_pose(pose, reachable, clearance, FRAME, rng)) is not None:
@@ -144,7 +145,7 @@ def test_finds_what_a_screen_hides_within_the_limit_of_replans(home):
                 break
             search.observed(pose)
         assert search.replans <= LocalSearchConfig.replans
-    assert found >= 7
+    assert found >= 12  # 44 of seeds 0 to 59
 
 
 def test_prefers_near_views_when_the_way_counts(home):
@@ -153,15 +154,16 @@ def test_prefers_near_views_when_the_way_counts(home):
 
     def way(weight):
         config = LocalSearchConfig(distance_weight=weight)
-        pose = search_in(home, config=config).next_pose(robot, reachable, clearance, FRAME, np.random.default_rng(1))
-        return np.hypot(*(pose - robot)[:2])
+        searches = [search_in(home, config=config) for _ in range(5)]
+        poses = [s.next_pose(robot, reachable, clearance, FRAME, Random(seed)) for seed, s in enumerate(searches)]
+        return np.hypot(*(np.array(poses) - robot)[:, :2].T).mean()
 
     assert way(5.0) < way(0.0)
 
 
 def test_gives_up(home):
     _, _, reachable, clearance = home
-    rng = np.random.default_rng(0)
+    rng = Random(0)
     search = search_in(home)
     assert search.next_pose(VIEWS[0], np.zeros_like(reachable), clearance, FRAME, rng) is None
     search = search_in(home, config=LocalSearchConfig(replans=2))

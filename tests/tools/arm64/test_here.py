@@ -23,7 +23,7 @@ RESULTS = {
 @pytest.fixture
 def folder(tmp_path):
     encoder = Encoder.load(text=False)
-    with Vlpg.open(tmp_path / "relived.vlpg", encoder.name, encoder.digest, encoder.dim) as memory:
+    with Vlpg.open(tmp_path / "there.vlpg", encoder.name, encoder.digest, encoder.dim) as memory:
         vectors = np.eye(1, encoder.dim, dtype=np.float32)
         memory.add(0.0, np.zeros(3), np.eye(3), vectors, np.zeros(1))
     np.savez(tmp_path / "here.npz", **RESULTS)

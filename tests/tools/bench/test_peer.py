@@ -5,7 +5,7 @@ import pytest
 pytest.importorskip("torch")
 pytest.importorskip("efficientnet_lite_pytorch")
 
-from tools.models.probe_process import ProbeProcess  # noqa: E402
+from edge.bench.probe_process import ProbeProcess  # noqa: E402
 
 
 def test_pytorchs_tower_is_timed_and_weighed():

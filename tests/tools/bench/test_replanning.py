@@ -4,8 +4,9 @@ import sys
 
 import pytest
 
+from edge.bench.stopwatch import Stopwatch
 from tools.bench import replanning
-from tools.bench.replanning import STAGES, Stopwatch, show, steps_of
+from tools.bench.replanning import STAGES, show, steps_of
 from tools.eval.objectnav.episode import Run
 from tools.eval.objectnav.planners import PLANNERS
 from tools.eval.oracle import OracleEncoder

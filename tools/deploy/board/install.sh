@@ -61,7 +61,7 @@ if [ ! -e "$folder/complete" ]; then
 fi
 
 mkdir -p "$base/bin" "$root/etc/vlpg" "$root/etc/systemd/system"
-for part in node:vlpg-robot doctor:vlpg-doctor; do
+for part in node:vlpg-robot doctor:vlpg-doctor bench:vlpg-bench; do
     cat > "$base/bin/${part#*:}" <<END
 #!/bin/sh
 # The installed robot's own packages and no others. Telemetry of ONNX Runtime off, one thread for BLAS.

@@ -1,8 +1,8 @@
 import psutil
 import pytest
 
+from edge.bench.probe_process import ProbeFailed, ProbeProcess
 from models.manifest import resolve
-from tools.models.probe_process import ProbeFailed, ProbeProcess
 
 
 def test_it_times_and_weighs_a_process_of_its_own():

@@ -5,13 +5,14 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from tools.demo.memory import MB, Sampler, Usage
+from edge.bench.usage import MB, Sampler, Usage, read_usage
 
-_OWN = re.compile(r"/(site-packages|dist-packages|models)/")  # in the path of a mapped file
+_OWN = re.compile(r"/(site-packages|dist-packages|site|models)/")  # in the path of a mapped file
 _ONE_THREAD = {
     "ORT_DISABLE_TELEMETRY": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
 }  # fmt: skip
@@ -26,8 +27,11 @@ class ProbeProcess:
 
     PERIOD = 0.004  # s between two readings of the memory; what takes a megabyte for less is missed
 
-    def __init__(self, module: str, *arguments: str):
-        """Starts it and waits until it is ready. Raises ProbeFailed when it ends instead."""
+    def __init__(self, module: str, *arguments: str, period: float = PERIOD, limit: Callable[[], None] | None = None):
+        """Starts it and waits until it is ready, which is when it prints a line: ``said``.
+
+        ``limit`` is called in the process before it begins. Raises ProbeFailed when it ends instead.
+        """
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", module, *map(str, arguments)],
             stdin=subprocess.PIPE,
@@ -35,16 +39,15 @@ class ProbeProcess:
             stderr=subprocess.PIPE,
             text=True,
             env=os.environ | _ONE_THREAD,
+            preexec_fn=limit,
         )
-        with Sampler({"probe": self._process.pid}, self.PERIOD) as sampler:
-            self._answer()
-        peak = sampler.histories["probe"].peak
-        if peak is None:
+        with Sampler({"probe": self._process.pid}, period) as sampler:
+            self.said = self._answer()
+        usages = sampler.histories["probe"].usages
+        if not usages:
             self.__exit__()
             raise ProbeFailed("the kernel does not tell how much memory a process has (/proc/<pid>/smaps_rollup)")
-        others = _borne_by_others(self._process.pid)
-        # [MB] of loading and the first passes
-        self.peak: Usage = replace(peak, pss=peak.pss + others, file_backed=peak.file_backed + others)
+        self.peak: Usage = self._alone(max(usages, key=lambda usage: usage.rss))  # [MB] until it was ready
 
     def __enter__(self) -> "ProbeProcess":
         return self
@@ -60,11 +63,26 @@ class ProbeProcess:
         self._process.stdout.close()
         self._process.stderr.close()
 
+    @property
+    def now(self) -> Usage:
+        """[MB] at this moment."""
+        return self._alone(read_usage(self._process.pid))
+
     def time(self, passes: int) -> list[float]:
         """Durations [s] of that many passes, one after another."""
         self._process.stdin.write(f"{passes}\n")
         self._process.stdin.flush()
         return json.loads(self._answer())
+
+    def _alone(self, usage: Usage) -> Usage:
+        """What the reading were if nobody else ran this program.
+
+        PSS charges a part of a process's libraries and weights to others that map them, too: to this one, which
+        measures, or to a robot that runs meanwhile. On a robot there is nobody else. What belongs to the system (libc,
+        the interpreter) stays shared.
+        """
+        pss = usage.rss - _borne_by_the_system(self._process.pid)
+        return replace(usage, pss=pss, file_backed=pss - usage.anonymous)
 
     def _answer(self) -> str:
         line = self._process.stdout.readline()
@@ -75,16 +93,12 @@ class ProbeProcess:
         return line
 
 
-def _borne_by_others(pid: int) -> float:
-    """MB of the process's own libraries and weights that PSS charges to other processes because they map them, too.
-
-    The measuring process is one of them, a robot that runs meanwhile another. On a robot there is nobody else: those
-    files count in full. What belongs to the system (libc, the interpreter) stays shared.
-    """
-    counted, others = False, 0  # kB
+def _borne_by_the_system(pid: int) -> float:
+    """MB of files that are not the program's own, which PSS charges to other processes because they map them, too."""
+    own, others = False, 0  # kB
     for line in Path(f"/proc/{pid}/smaps").read_text().splitlines():
         if re.match(r"^[0-9a-f]+-", line):
-            counted = bool(_OWN.search(line))
-        elif counted and line.startswith(("Rss:", "Pss:")):
+            own = bool(_OWN.search(line))
+        elif not own and line.startswith(("Rss:", "Pss:")):
             others += int(line.split()[1]) * (1 if line.startswith("Rss:") else -1)
     return others * 1024 / MB

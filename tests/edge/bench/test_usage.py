@@ -5,7 +5,7 @@ import time
 import psutil
 import pytest
 
-from tools.demo.memory import Sampler, read_usage
+from edge.bench.usage import Sampler, read_usage
 
 HOLD = "import sys; block = bytearray(b'x' * {size}); print('ready', flush=True); sys.stdin.read()"
 

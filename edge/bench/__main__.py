@@ -1,0 +1,114 @@
+"""``vlpg bench``, and ``vlpg-bench`` on a board: speed and memory of the robot's parts and of whole missions."""
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from edge.bench.baseline import regressions
+from edge.bench.budget import BOARD, BUDGETS, HOST, overruns
+from edge.bench.limit import MemoryLimit
+from edge.bench.measure import FEWEST, MOST, Subject, measure, run, subjects
+from edge.bench.mission import STEP
+from edge.bench.probe_process import ProbeFailed
+from edge.bench.recording import Recording, RecordingError
+from edge.bench.report import Report, ReportError
+from models.manifest import DEFAULT, Manifest, ModelError, resolve
+
+PERIOD = 100.0  # ms between control steps
+
+
+def _add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("what", choices=["encoder", "store", "planning", "mission", "all"])
+    parser.add_argument("--recording", type=Path, metavar="FILE", help="of the home in which to plan and to search")
+    parser.add_argument("--model", default=DEFAULT, help="name or folder of the encoder (default: %(default)s)")
+    parser.add_argument("--budget", choices=list(BUDGETS), help="exit code 1 if a figure is over this board's")
+    parser.add_argument("--untimed", action="store_true", help="an emulator's times mean nothing: judge memory only")
+    parser.add_argument("--runs", type=int, metavar="N", help=f"processes of each kind (default: {FEWEST} to {MOST})")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
+    parser.add_argument("--against", type=Path, metavar="FILE", help="exit code 1 if worse than this earlier --json")
+    parser.add_argument(
+        "--enforce", type=float, nargs="?", const=0.0, metavar="MB",
+        help="run the missions under a hard limit of memory (default: the budget's)",
+    )  # fmt: skip
+
+
+def main(
+    arguments: list[str] | None = None,
+    program: str = "vlpg-bench",
+    epilog: str | None = None,
+    recording: Callable[[], Path] | None = None,
+) -> None:
+    """``recording`` gives the file of the one to use when none is named."""
+    parser = argparse.ArgumentParser(
+        prog=program,
+        description=__doc__.split(": ", 1)[1],
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_arguments(parser)
+    options = parser.parse_args(arguments)
+    if options.what in ("planning", "mission", "all") and options.recording is None:
+        if recording is None:
+            parser.error("this needs a --recording; where the simulator is, vlpg bench record FILE makes one")
+        options.recording = recording()
+    if options.enforce is not None and options.what not in ("mission", "all"):
+        parser.error("--enforce: only missions run under a limit")
+    if options.enforce == 0.0 and not options.budget:
+        parser.error("--enforce needs a --budget, or a limit in MB")
+    if options.runs is not None and options.runs < 1:
+        parser.error("--runs must be at least 1")
+    try:
+        raise SystemExit(bench(options))
+    except (ModelError, RecordingError, ReportError, ProbeFailed, OSError) as error:
+        parser.exit(2, f"{program}: {error}\n")
+
+
+def bench(options: argparse.Namespace) -> int:
+    """Exit code. Raises ModelError, RecordingError, ReportError and ProbeFailed."""
+    before = options.against and Report.load(options.against)
+    Manifest.load(resolve(options.model)).verify()
+    if options.recording:
+        Recording(options.recording)  # whether it is one is said before anything is measured
+    what = subjects(options.what, options.recording, options.model)
+    if options.enforce is not None:
+        return enforce([subject for subject in what if subject.name in (BOARD, HOST)], options)
+    limits = (options.runs, options.runs) if options.runs else (FEWEST, MOST)
+    report = measure(what, options.model, *limits, tell=_tell)
+    print(report)
+    for name, stage in report.stages.items():
+        if name.endswith(STEP):
+            print(f"{name}: {stage.mean / PERIOD:.0%} of this core at 10 Hz")
+    if options.json:
+        report.save(options.json)
+    problems = overruns(report, BUDGETS[options.budget], not options.untimed) if options.budget else []
+    problems += regressions(report, before) if before else []
+    for problem in problems:
+        print(f"OVER  {problem}")
+    if options.budget and not problems:
+        print(f"within the budget {options.budget}")
+    return bool(problems)
+
+
+def enforce(missions: list[Subject], options: argparse.Namespace) -> int:
+    """Run each mission under a limit; exit code 1 when one does not finish."""
+    for subject in missions:
+        budget = BUDGETS[options.budget] if options.budget else None
+        limit = options.enforce or (budget.board if subject.name == BOARD else budget.host)
+        with MemoryLimit(limit) as hard:
+            under = f"{subject.name} under {limit:g} MB by {hard.kind}"
+            try:
+                _, process = run(subject, hard.enter)
+            except ProbeFailed as error:
+                print(f"OVER  {under}: {error}")
+                return 1
+        print(f"{under}: finished; peak PSS {process.peak:.1f} MB, {process.anonymous:.1f} of it anonymous")
+    return 0
+
+
+def _tell(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,50 @@
+"""A hard limit on a process's memory, to show that what was measured is enough."""
+
+import os
+import resource
+from contextlib import suppress
+from pathlib import Path
+
+CGROUPS = Path("/sys/fs/cgroup")
+RESERVED = 2 * 2**25  # bytes of address space that numpy's and OpenCV's OpenBLAS keep for matrices, and do not touch
+
+
+class MemoryLimit:
+    """So many MB for whoever calls ``enter``, between ``with`` and its end.
+
+    A control group of the kernel's second kind where its memory controller may be used: it counts every page, and the
+    files' that are mapped, as a service manager's limit does. Elsewhere RLIMIT_DATA, which counts what a process could
+    write to of its own, heap and stacks, touched or not; files that are mapped do not count.
+    """
+
+    def __init__(self, megabytes: float):
+        self._bytes = int(megabytes * 1e6)
+        self._group: Path | None = None
+
+    def __enter__(self) -> "MemoryLimit":
+        group = CGROUPS / f"vlpg-bench-{os.getpid()}"
+        with suppress(OSError):
+            if "memory" in (CGROUPS / "cgroup.subtree_control").read_text().split():
+                group.mkdir()
+                self._group = group
+                (group / "memory.max").write_text(str(self._bytes))
+                with suppress(OSError):  # a kernel without swap has no such file
+                    (group / "memory.swap.max").write_text("0")
+        return self
+
+    def __exit__(self, *error) -> None:
+        if self._group is not None:
+            with suppress(OSError):
+                self._group.rmdir()
+
+    @property
+    def kind(self) -> str:
+        return "control group" if self._group is not None else "RLIMIT_DATA"
+
+    def enter(self) -> None:
+        """Put the calling process under the limit."""
+        if self._group is not None:
+            (self._group / "cgroup.procs").write_text(str(os.getpid()))
+        else:
+            limit = self._bytes + RESERVED
+            resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))

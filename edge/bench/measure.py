@@ -1,0 +1,77 @@
+"""Runs the subjects, each in fresh processes, until their medians are known well enough."""
+
+import json
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from edge.bench.budget import BOARD, HOST
+from edge.bench.probe_process import ProbeProcess
+from edge.bench.report import Process, Report, Stage, this_machine
+
+FEWEST, MOST = 3, 10  # processes
+CLOSE = 0.05  # half the 95 % interval of a median, as a share of it, that is small enough
+FOLDER = "{folder}"  # stands for a new one in a process's arguments
+SHORT = 1.0  # ms; the medians of shorter stages need not be that close
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A process to measure."""
+
+    name: str
+    module: str
+    arguments: tuple[str, ...]
+    period: float = ProbeProcess.PERIOD  # s between readings of its memory
+
+
+def subjects(what: str, recording: Path | None, model: str) -> list[Subject]:
+    """Those of ``vlpg bench WHAT``."""
+    file = str(recording)
+    everything = {
+        "encoder": [Subject("encoder", "edge.bench.encoder", (model, "board"))],
+        "store": [Subject("store", "edge.bench.store", ())],
+        "planning": [Subject("planning", "edge.bench.planning", (file,), 0.01)],
+        # Minutes long; a reading takes a millisecond or two.
+        "mission": [
+            Subject(BOARD, "edge.bench.mission", (file, model, "board", FOLDER), 0.01),
+            Subject(HOST, "edge.bench.mission", (file, model, "host", FOLDER), 0.01),
+        ],
+    }
+    return sum(everything.values(), []) if what == "all" else everything[what]
+
+
+def measure(what: list[Subject], model: str, fewest=FEWEST, most=MOST, tell: Callable[[str], None] = print) -> Report:
+    """All figures of the subjects. Raises ProbeFailed when one does not run."""
+    report = Report(this_machine(), model)
+    for subject in what:
+        runs: dict[str, list[list[float]]] = {}
+        processes: list[Process] = []
+        while len(processes) < fewest or len(processes) < most and not _close(runs):
+            tell(f"{subject.name}: process {len(processes) + 1}")
+            said, process = run(subject)
+            processes.append(process)
+            for stage, times in said["stages"].items():
+                runs.setdefault(stage, []).append(times)
+            report.sizes |= {f"{subject.name}: {name}": size for name, size in said["sizes"].items()}
+        report.processes[subject.name] = max(processes, key=lambda process: process.peak)
+        report.stages |= {f"{subject.name}: {stage}": Stage.of(times) for stage, times in runs.items()}
+        report.runs = max(report.runs, len(processes))
+    return report
+
+
+def run(subject: Subject, limit: Callable[[], None] | None = None) -> tuple[dict, Process]:
+    """What one process said and took."""
+    with tempfile.TemporaryDirectory() as folder:
+        arguments = (folder if argument == FOLDER else argument for argument in subject.arguments)
+        with ProbeProcess(subject.module, *arguments, period=subject.period, limit=limit) as probe:
+            now = probe.now
+            peak = max(probe.peak, now, key=lambda usage: usage.pss)  # the last reading may have come before the end
+    figures = peak.pss, peak.anonymous, peak.file_backed, now.pss, peak.rss
+    return json.loads(probe.said), Process(*(round(figure, 1) for figure in figures))
+
+
+def _close(runs: dict[str, list[list[float]]]) -> bool:
+    stages = [Stage.of(times) for times in runs.values()]
+    return all(stage.interval <= CLOSE * stage.p50 for stage in stages if stage.p50 >= SHORT)

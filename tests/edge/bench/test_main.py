@@ -1,0 +1,66 @@
+"""``vlpg bench`` and ``vlpg-bench``: what they say, and their exit codes."""
+
+import json
+
+import pytest
+
+from edge.bench import __main__ as command
+from edge.bench.budget import BOARD
+from edge.bench.report import Process, Report
+
+
+def ended(arguments, **options):
+    with pytest.raises(SystemExit) as stop:
+        command.main(arguments, **options)
+    return stop.value.code
+
+
+@pytest.fixture
+def measured(monkeypatch):
+    """Measures nothing; the report has this peak."""
+    peak = {BOARD: Process(150.0, 80.0, 70.0, 120.0, 160.0)}
+    monkeypatch.setattr(command, "measure", lambda *_, **__: Report("x", "m", 1, {}, dict(peak), {}))
+    return peak
+
+
+def test_within_the_budget(measured, capsys):
+    assert ended(["store", "--budget", "pi-zero-2w"]) == 0
+    assert "within the budget pi-zero-2w" in capsys.readouterr().out
+
+
+def test_over_it(measured, capsys):
+    measured[BOARD] = Process(180.0, 100.0, 80.0, 120.0, 190.0)
+    assert ended(["store", "--budget", "pi-zero-2w"]) == 1
+    assert "OVER  mission: peak PSS is 180.0 MB, over 170" in capsys.readouterr().out
+
+
+def test_against_an_earlier_report(measured, tmp_path, capsys):
+    file = tmp_path / "bench.json"
+    assert ended(["store", "--json", str(file)]) == 0 and json.loads(file.read_text())["processes"]
+    assert ended(["store", "--against", str(file)]) == 0
+    measured[BOARD] = Process(160.0, 90.0, 70.0, 120.0, 170.0)
+    assert ended(["store", "--against", str(file)]) == 1
+    assert "160.0 MB, was 150.0" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["mission"], "needs a --recording"),
+        (["mission", "--recording", "/nowhere.rec"], "/nowhere.rec cannot be read"),
+        (["store", "--model", "nope"], "nope"),
+        (["store", "--against", "/nowhere.json"], "/nowhere.json cannot be read"),
+        (["store", "--runs", "0"], "at least 1"),
+        (["all", "--recording", "x", "--enforce"], "--enforce needs a --budget"),
+        (["store", "--enforce", "100"], "only missions"),
+    ],
+)
+def test_a_mistake_is_told_in_a_sentence(arguments, words, capsys):
+    assert ended(arguments) == 2 and words in capsys.readouterr().err
+
+
+def test_enforced_with_enough_and_with_too_little(recording, capsys):
+    assert ended(["mission", "--recording", str(recording), "--enforce", "250"]) == 0
+    assert capsys.readouterr().out.count("finished") == 2
+    assert ended(["mission", "--recording", str(recording), "--enforce", "40"]) == 1
+    assert "OVER  mission under 40 MB" in capsys.readouterr().out

@@ -1,0 +1,42 @@
+"""``vlpg bench``: the robot's own benchmarks, recordings for them, and what others would do in its place."""
+
+import sys
+from pathlib import Path
+
+from edge.bench.__main__ import main as bench
+from edge.process import cache_file
+from tools.bench import encoder, record, store
+
+EPILOG = """\
+vlpg bench record FILE         make a recording, of another home or other objects than the usual one
+vlpg bench peers encoder       the image tower beside the same in float32
+vlpg bench peers store         a question to the memory beside other vector searches
+"""
+PEERS = {"encoder": encoder.main, "store": store.main}
+
+
+def usual_recording() -> Path:
+    """The file of the recording that is used when none is named; it is made if it does not exist."""
+    file = cache_file("bench.rec") or Path("bench.rec")
+    if not file.is_file():
+        print(f"recording a tour and searches in the {record.HOME}, once: {file}", file=sys.stderr)
+        whole = file.with_suffix(".part")
+        record.record(whole, record.HOME, record.OBJECTS)
+        whole.rename(file)
+    return file
+
+
+def main() -> None:
+    match sys.argv[1:]:
+        case ["record", *others]:
+            record.main(others)
+        case ["peers", kind, *others] if kind in PEERS:
+            PEERS[kind](others)
+        case ["peers", *_]:
+            sys.exit("vlpg bench peers: say whose: encoder or store")
+        case arguments:
+            bench(arguments, "vlpg bench", EPILOG, usual_recording)
+
+
+if __name__ == "__main__":
+    main()
