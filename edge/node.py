@@ -293,6 +293,8 @@ def main(arguments=None):
 
 def _run(options):
     # Late: what the tests of the wiring, and a process that only fails, need not load.
+    import cv2
+
     from edge.mapping.occupancy import OccupancyGrid
     from edge.missions.find_object import FindObject
     from edge.missions.map_home import MapHome
@@ -306,6 +308,7 @@ def _run(options):
     images = Encoder(manifest, text=False)
     stop = stop_event()
     give_back_large_blocks()
+    cv2.setNumThreads(1)  # as ONNX Runtime: the other cores are the base's, and of who else lives on the board
     with (
         # The store first: that it is another encoder's is said whether or not anybody listens.
         Vlpg.open(options.memory, images.name, images.digest, images.dim) as memory,
