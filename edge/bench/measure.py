@@ -13,7 +13,7 @@ from edge.bench.report import Process, Report, Stage, this_machine
 FEWEST, MOST = 3, 10  # processes
 CLOSE = 0.05  # half the 95 % interval of a median, as a share of it, that is small enough
 FOLDER = "{folder}"  # stands for a new one in a process's arguments
-SHORT = 1.0  # ms; the medians of shorter stages need not be that close
+SHORT, RARE = 1.0, 20  # ms and calls in all; of shorter or rarer stages the medians need not be that close
 
 
 @dataclass(frozen=True)
@@ -74,4 +74,4 @@ def run(subject: Subject, limit: Callable[[], None] | None = None) -> tuple[dict
 
 def _close(runs: dict[str, list[list[float]]]) -> bool:
     stages = [Stage.of(times) for times in runs.values()]
-    return all(stage.interval <= CLOSE * stage.p50 for stage in stages if stage.p50 >= SHORT)
+    return all(stage.interval <= CLOSE * stage.p50 for stage in stages if stage.p50 >= SHORT and stage.calls > RARE)

@@ -53,9 +53,16 @@ def test_it_is_repeated_until_the_medians_are_close(monkeypatch):
     weights = iter(range(100, 200))
 
     def pretend(subject):
-        return {"stages": {"s": [next(medians)] * 3}, "sizes": {}}, Process(next(weights), 0, 0, 0, 0)
+        return {"stages": {"s": [next(medians)] * 30}, "sizes": {}}, Process(next(weights), 0, 0, 0, 0)
 
     monkeypatch.setattr(module, "run", pretend)
     report = measure([Subject("x", "m", ())], DEFAULT, tell=lambda line: None)
     assert 3 < report.runs < 9 and report.stages["x: s"].interval <= 0.05 * 11.0
     assert report.processes["x"].peak == 100 + report.runs - 1  # the heaviest
+
+
+def test_what_happens_a_few_times_a_run_does_not_keep_it_going(monkeypatch):
+    times = iter([10.0, 20.0, 30.0])
+    said = ({"stages": {"s": [next(times)] * 2, "t": [5.0] * 30}, "sizes": {}} for _ in range(3))
+    monkeypatch.setattr(module, "run", lambda subject: (next(said), Process(100, 0, 0, 0, 0)))
+    assert measure([Subject("x", "m", ())], DEFAULT, tell=lambda line: None).runs == 3

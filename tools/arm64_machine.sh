@@ -1,0 +1,98 @@
+#!/usr/bin/env bash
+# Is a 512 MB board enough? Boots a whole emulated arm64 machine (two Cortex-A72, 512 MB), installs the bundle in it with
+# its own install.sh, lives through a recorded tour and search under the budget's limit of memory, and once under one that
+# is too low, which must fail. Needs root, and a Debian whose package sources are reachable. Takes about an hour; an
+# emulator's times mean nothing.
+#
+#   tools/arm64_machine.sh [FOLDER]     FOLDER keeps the machine's files (default: build/arm64)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+folder=$(realpath -m "${1:-build/arm64}")
+root=$folder/machine
+python=.venv/bin/python
+[ -x $python ] || { echo "run tools/install.sh dev first" >&2; exit 1; }
+[ "$(id -u)" = 0 ] || { echo "run it as root: it makes a system of its own" >&2; exit 1; }
+command -v mmdebstrap qemu-system-aarch64 mke2fs >/dev/null ||
+    apt-get install --quiet --yes --no-install-recommends mmdebstrap qemu-system-arm e2fsprogs
+
+mkdir -p "$folder"
+if [ ! -e "$folder/machine.made" ]; then
+    rm -rf "$root"
+    # The package sources of this machine, whatever they are.
+    sources=$(ls /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list 2>/dev/null | head -1)
+    mmdebstrap --quiet --mode=root --variant=extract --architectures=arm64 \
+        --include=python3,libstdc++6,passwd,busybox-static,linux-image-cloud-arm64 bookworm "$root" "$sources"
+    # Nothing was configured: what the packages' scripts would have made.
+    cp "$root/usr/share/base-passwd/passwd.master" "$root/etc/passwd"
+    cp "$root/usr/share/base-passwd/group.master" "$root/etc/group"
+    touch "$folder/machine.made"
+fi
+
+# The kernel's drivers for the disk are modules: a first root in memory loads them and goes on to the disk.
+first=$folder/first
+rm -rf "$first"
+mkdir -p "$first"/{bin,proc,sys,dev,disk,modules}
+cp "$root/bin/busybox" "$first/bin/" 2>/dev/null || cp "$root/usr/bin/busybox" "$first/bin/"
+version=$(basename "$root"/lib/modules/*)
+needed() { # module names, each after those that it needs
+    local name=$1 path dependency
+    path=$(grep -m1 "/${name//_/[-_]}\.ko:" "$root/lib/modules/$version/modules.dep") || return 0  # built in
+    for dependency in ${path#*:}; do
+        dependency=$(basename "$dependency" .ko)
+        needed "$dependency"
+    done
+    path=${path%%:*}
+    [ -e "$first/modules/$(basename "$path")" ] || {
+        cp "$root/lib/modules/$version/$path" "$first/modules/"
+        echo "insmod /modules/$(basename "$path")" >> "$first/load"
+    }
+}
+[ -e "$root/lib/modules/$version/modules.dep" ] || depmod --basedir "$root" "$version"
+touch "$first/load"
+for module in virtio_pci virtio_mmio virtio_blk ext4; do needed $module; done
+{
+    echo '#!/bin/busybox sh'
+    echo '/bin/busybox --install -s /bin; mount -t proc proc /proc; mount -t sysfs sys /sys; mount -t devtmpfs dev /dev'
+    cat "$first/load"
+    echo 'mount -t ext4 /dev/vda /disk && exec switch_root /disk /check/init'
+    echo 'echo "the disk cannot be mounted"; poweroff -f'
+} > "$first/init"
+chmod 755 "$first/init"
+(cd "$first" && find . | cpio --quiet --create --format=newc | gzip) > "$folder/first.gz"
+
+echo "== the bundle and the recording"
+rm -rf "$folder/bundle"
+$python -m tools.deploy.command bundle --target aarch64 --python 3.11 --out "$folder/bundle"
+[ -e "$folder/work/here.npz" ] || $python -m tools.arm64.here prepare "$folder/work"
+rm -rf "$root"/{check,opt/vlpg}
+mkdir -p "$root"/{check,proc,sys,dev,tmp,run}
+tar xzf "$folder"/bundle/*.tar.gz -C "$root/check"
+cp "$folder/work/mission.rec" "$root/check/"
+cat > "$root/check/init" <<'END'
+#!/bin/sh
+# The machine's only program: what it prints is read from its console, and it powers off.
+export PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp
+mount -t proc proc /proc; mount -t sysfs sys /sys; mount -t devtmpfs dev /dev 2>/dev/null
+mount -t tmpfs tmp /run; mount -t cgroup2 cgroup /sys/fs/cgroup
+echo +memory > /sys/fs/cgroup/cgroup.subtree_control
+busybox ip link set lo up
+grep MemTotal /proc/meminfo
+run() { echo "MACHINE: $1"; shift; "$@"; echo "MACHINE: exit code $?"; }
+bench="/opt/vlpg/bin/vlpg-bench mission --recording /check/mission.rec --budget pi-zero-2w --untimed"
+run install sh /check/vlpg-edge-*/install.sh
+run measure $bench --runs 1
+run enforce $bench --enforce
+run "too little" $bench --enforce 60
+busybox poweroff -f
+END
+chmod 755 "$root/check/init"
+rm -f "$folder/disk.ext4"
+mke2fs -q -t ext4 -d "$root" "$folder/disk.ext4" 3G
+
+echo "== the machine"
+qemu-system-aarch64 -M virt -cpu cortex-a72 -smp 2 -m 512 -nographic -no-reboot \
+    -kernel "$root"/boot/vmlinuz-* -initrd "$folder/first.gz" -append "console=ttyAMA0 quiet panic=-1" \
+    -drive file="$folder/disk.ext4",format=raw,if=virtio,cache=unsafe -nic none | tr -d '\r' | tee "$folder/machine.txt"
+codes=$(sed -n 's/^MACHINE: exit code //p' "$folder/machine.txt" | tr '\n' ' ')
+[ "$codes" = "0 0 0 1 " ] || { echo "the machine's exit codes are $codes, not 0 0 0 1" >&2; exit 1; }
+echo "== a 512 MB machine is enough, and 60 MB are not"
