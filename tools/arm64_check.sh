@@ -17,7 +17,7 @@ mkdir -p "$folder"
 if [ ! -e "$folder/system.made" ]; then
     rm -rf "$system"
     # The package sources of this machine, whatever they are.
-    sources=$(ls /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list 2>/dev/null | head -1)
+    for sources in /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list; do [ -e "$sources" ] && break; done
     mmdebstrap --quiet --mode=root --variant=extract --architectures=arm64 --include=python3,libstdc++6 bookworm "$system" "$sources"
     cp "$(command -v qemu-aarch64-static)" "$system/usr/bin/"
     touch "$folder/system.made"

@@ -13,18 +13,19 @@ python=.venv/bin/python
 [ -x $python ] || { echo "run tools/install.sh dev first" >&2; exit 1; }
 [ "$(id -u)" = 0 ] || { echo "run it as root: it makes a system of its own" >&2; exit 1; }
 command -v mmdebstrap qemu-system-aarch64 mke2fs >/dev/null ||
-    apt-get install --quiet --yes --no-install-recommends mmdebstrap qemu-system-arm e2fsprogs
+    apt-get install --quiet --yes --no-install-recommends mmdebstrap qemu-system-arm e2fsprogs cpio kmod
 
 mkdir -p "$folder"
 if [ ! -e "$folder/machine.made" ]; then
     rm -rf "$root"
     # The package sources of this machine, whatever they are.
-    sources=$(ls /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list 2>/dev/null | head -1)
+    for sources in /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list; do [ -e "$sources" ] && break; done
     mmdebstrap --quiet --mode=root --variant=extract --architectures=arm64 \
-        --include=python3,libstdc++6,passwd,busybox-static,linux-image-cloud-arm64 bookworm "$root" "$sources"
+        --include=python3,libstdc++6,passwd,dash,coreutils,sed,grep,mount,busybox-static,linux-image-cloud-arm64 \
+        bookworm "$root" "$sources"
     # Nothing was configured: what the packages' scripts would have made.
-    cp "$root/usr/share/base-passwd/passwd.master" "$root/etc/passwd"
-    cp "$root/usr/share/base-passwd/group.master" "$root/etc/group"
+    echo "root:x:0:0:root:/root:/bin/sh" > "$root/etc/passwd"
+    echo "root:x:0:" > "$root/etc/group"
     touch "$folder/machine.made"
 fi
 
@@ -32,7 +33,7 @@ fi
 first=$folder/first
 rm -rf "$first"
 mkdir -p "$first"/{bin,proc,sys,dev,disk,modules}
-cp "$root/bin/busybox" "$first/bin/" 2>/dev/null || cp "$root/usr/bin/busybox" "$first/bin/"
+cp "$root/bin/busybox" "$first/bin/"
 version=$(basename "$root"/lib/modules/*)
 needed() { # module names, each after those that it needs
     local name=$1 path dependency
@@ -92,7 +93,7 @@ mke2fs -q -t ext4 -d "$root" "$folder/disk.ext4" 3G
 echo "== the machine"
 qemu-system-aarch64 -M virt -cpu cortex-a72 -smp 2 -m 512 -nographic -no-reboot \
     -kernel "$root"/boot/vmlinuz-* -initrd "$folder/first.gz" -append "console=ttyAMA0 quiet panic=-1" \
-    -drive file="$folder/disk.ext4",format=raw,if=virtio,cache=unsafe -nic none | tr -d '\r' | tee "$folder/machine.txt"
+    -drive file="$folder/disk.ext4",format=raw,if=virtio,cache=unsafe -nic none | sed -u 's,\r,,' | tee "$folder/machine.txt"
 codes=$(sed -n 's/^MACHINE: exit code //p' "$folder/machine.txt" | tr '\n' ' ')
 [ "$codes" = "0 0 0 1 " ] || { echo "the machine's exit codes are $codes, not 0 0 0 1" >&2; exit 1; }
 echo "== a 512 MB machine is enough, and 60 MB are not"
