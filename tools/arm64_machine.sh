@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Is a 512 MB board enough? Boots a whole emulated arm64 machine (two Cortex-A72, 512 MB), installs the bundle in it with
 # its own install.sh, lives through a recorded tour and search under the budget's limit of memory, and once under one that
-# is too low, which must fail. Needs root, and a Debian whose package sources are reachable. Takes about an hour; an
-# emulator's times mean nothing.
+# is too low, which must fail. Needs root, and a Debian whose package sources are reachable. Takes an hour or
+# two, as the emulator needs two seconds for a picture.
 #
 #   tools/arm64_machine.sh [FOLDER]     FOLDER keeps the machine's files (default: build/arm64)
 set -euo pipefail
@@ -74,16 +74,15 @@ cat > "$root/check/init" <<'END'
 # The machine's only program: what it prints is read from its console, and it powers off.
 export PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp
 mount -t proc proc /proc; mount -t sysfs sys /sys; mount -t devtmpfs dev /dev 2>/dev/null
-mount -t tmpfs tmp /run; mount -t cgroup2 cgroup /sys/fs/cgroup
+mkdir -p /dev/shm; mount -t tmpfs tmp /dev/shm; mount -t tmpfs tmp /run; mount -t cgroup2 cgroup /sys/fs/cgroup
 echo +memory > /sys/fs/cgroup/cgroup.subtree_control
 busybox ip link set lo up
 grep MemTotal /proc/meminfo
 run() { echo "MACHINE: $1"; shift; "$@"; echo "MACHINE: exit code $?"; }
-bench="/opt/vlpg/bin/vlpg-bench mission --recording /check/mission.rec --budget pi-zero-2w --untimed"
+bench="/opt/vlpg/bin/vlpg-bench mission --recording /check/mission.rec --budget pi-zero-2w"
 run install sh /check/vlpg-edge-*/install.sh
-run measure $bench --runs 1
-run enforce $bench --enforce
 run "too little" $bench --enforce 60
+run enough $bench --enforce
 busybox poweroff -f
 END
 chmod 755 "$root/check/init"
@@ -95,5 +94,5 @@ qemu-system-aarch64 -M virt -cpu cortex-a72 -smp 2 -m 512 -nographic -no-reboot 
     -kernel "$root"/boot/vmlinuz-* -initrd "$folder/first.gz" -append "console=ttyAMA0 quiet panic=-1" \
     -drive file="$folder/disk.ext4",format=raw,if=virtio,cache=unsafe -nic none | sed -u 's,\r,,' | tee "$folder/machine.txt"
 codes=$(sed -n 's/^MACHINE: exit code //p' "$folder/machine.txt" | tr '\n' ' ')
-[ "$codes" = "0 0 0 1 " ] || { echo "the machine's exit codes are $codes, not 0 0 0 1" >&2; exit 1; }
+[ "$codes" = "0 1 0 " ] || { echo "the machine's exit codes are $codes, not 0 1 0" >&2; exit 1; }
 echo "== a 512 MB machine is enough, and 60 MB are not"

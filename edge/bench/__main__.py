@@ -23,7 +23,6 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--recording", type=Path, metavar="FILE", help="of the home in which to plan and to search")
     parser.add_argument("--model", default=DEFAULT, help="name or folder of the encoder (default: %(default)s)")
     parser.add_argument("--budget", choices=list(BUDGETS), help="exit code 1 if a figure is over this board's")
-    parser.add_argument("--untimed", action="store_true", help="an emulator's times mean nothing: judge memory only")
     parser.add_argument("--runs", type=int, metavar="N", help=f"processes of each kind (default: {FEWEST} to {MOST})")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
     parser.add_argument("--against", type=Path, metavar="FILE", help="exit code 1 if worse than this earlier --json")
@@ -81,7 +80,7 @@ def bench(options: argparse.Namespace) -> int:
             print(f"{name}: {stage.mean / PERIOD:.0%} of this core at 10 Hz")
     if options.json:
         report.save(options.json)
-    problems = overruns(report, BUDGETS[options.budget], not options.untimed) if options.budget else []
+    problems = overruns(report, BUDGETS[options.budget]) if options.budget else []
     problems += regressions(report, before) if before else []
     for problem in problems:
         print(f"OVER  {problem}")

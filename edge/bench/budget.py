@@ -25,8 +25,8 @@ BUDGETS = {
 }
 
 
-def overruns(report: Report, budget: Budget, timed: bool = True) -> list[str]:
-    """A sentence on each figure over the ``budget``; without ``timed`` latencies do not count."""
+def overruns(report: Report, budget: Budget) -> list[str]:
+    """A sentence on each figure over the ``budget``."""
     spent = []
     for name, limit in ((BOARD, budget.board), (HOST, budget.host)):
         if name in report.processes:
@@ -35,6 +35,6 @@ def overruns(report: Report, budget: Budget, timed: bool = True) -> list[str]:
         if name.startswith("store: "):
             spent.append((name, size, budget.ram if name.endswith("RAM") else budget.disk, "MB"))
     for name, stage in report.stages.items():
-        if timed and name.endswith(STEP):
+        if name.endswith(STEP):
             spent.append((f"{name}: p95", stage.p95, budget.step, "ms"))
     return [f"{name} is {value:.1f} {unit}, over {limit:g}" for name, value, limit, unit in spent if value > limit]

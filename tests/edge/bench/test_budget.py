@@ -38,10 +38,6 @@ def test_what_is_over_it_is_named(changed, words):
     assert words in problem
 
 
-def test_an_emulators_times_do_not_count():
-    assert overruns(report(step=5000.0), ZERO, timed=False) == []
-
-
 def test_a_larger_board_has_more():
     assert len(overruns(report(board=200.0, host=150.0), ZERO)) == 2
     assert overruns(report(board=200.0, host=150.0), BUDGETS["qcs605"]) == []
