@@ -87,9 +87,11 @@ class ProbeProcess:
     def _answer(self) -> str:
         line = self._process.stdout.readline()
         if not line:
-            said = self._process.stderr.read().strip().splitlines() or ["it said nothing"]
+            said = self._process.stderr.read().strip().splitlines()
             self.__exit__()
-            raise ProbeFailed(f"the process that was to be measured ended: {said[-1]}")
+            code = self._process.returncode
+            how = f"signal {-code}" if code < 0 else f"exit code {code}"  # 9: the kernel's, when memory runs out
+            raise ProbeFailed(f"the process that was to be measured ended: {said[-1] if said else how}")
         return line
 
 

@@ -1,3 +1,6 @@
+import os
+import signal
+
 import psutil
 import pytest
 
@@ -24,6 +27,11 @@ def test_a_process_that_also_has_the_libraries_does_not_make_it_lighter():
             assert second.peak.pss == pytest.approx(first.peak.pss, rel=0.1)
             raw = psutil.Process(second._process.pid).memory_full_info().pss / 1e6
     assert raw < second.peak.pss
+
+
+def test_that_it_was_killed_is_told():
+    with pytest.raises(ProbeFailed, match="signal 9"):
+        ProbeProcess("timeit", limit=lambda: os.kill(os.getpid(), signal.SIGKILL))
 
 
 def test_why_it_ended_is_told():
