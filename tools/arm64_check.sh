@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Does the bundle work on ARM? Makes a small arm64 Debian, installs the bundle in it with its own script, and lets it run
 # on an emulated Cortex-A72: the doctor, the int8 towers, a store made here, a recorded search, a conversation over
-# Zenoh. Needs root, and a Debian whose package sources are reachable. Takes about 15 minutes; nothing is timed.
+# Zenoh. Needs root, and a Debian whose package sources are reachable. Takes most of an hour; nothing is timed.
 #
 #   tools/arm64_check.sh [FOLDER]     FOLDER keeps the arm64 system and the recording (default: build/arm64)
 set -euo pipefail
@@ -52,7 +52,7 @@ grep -q "text tower .* ok" "$folder/doctor.txt"
 if grep BAD "$folder/doctor.txt" | grep -v "ms a picture"; then exit 1; fi
 
 echo "== towers, store and a recorded search, against this machine"
-[ -e "$folder/work/here.npz" ] || $python -m tools.arm64.here prepare "$folder/work"
+$python -m tools.arm64.here prepare "$folder/work"
 cp "$folder"/work/{home.vlpg,mission.rec} tools/arm64/there.py "$system/check/"
 arm /check/there.py /check
 cp "$system"/check/{there.npz,there.vlpg} "$folder/work/"

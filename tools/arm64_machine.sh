@@ -64,7 +64,7 @@ chmod 755 "$first/init"
 echo "== the bundle and the recording"
 rm -rf "$folder/bundle"
 $python -m tools.deploy.command bundle --target aarch64 --python 3.11 --out "$folder/bundle"
-[ -e "$folder/work/here.npz" ] || $python -m tools.arm64.here prepare "$folder/work"
+$python -m tools.arm64.here prepare "$folder/work"
 rm -rf "$root"/{check,opt/vlpg}
 mkdir -p "$root"/{check,proc,sys,dev,tmp,run}
 tar xzf "$folder"/bundle/*.tar.gz -C "$root/check"

@@ -9,10 +9,9 @@ from edge.bench.baseline import regressions
 from edge.bench.budget import BOARD, BUDGETS, HOST, overruns
 from edge.bench.limit import MemoryLimit
 from edge.bench.measure import FEWEST, MOST, Subject, measure, run, subjects
-from edge.bench.mission import STEP
 from edge.bench.probe_process import ProbeFailed
 from edge.bench.recording import Recording, RecordingError
-from edge.bench.report import Report, ReportError
+from edge.bench.report import STEP, Report, ReportError
 from models.manifest import DEFAULT, Manifest, ModelError, resolve
 
 PERIOD = 100.0  # ms between control steps
@@ -36,9 +35,9 @@ def main(
     arguments: list[str] | None = None,
     program: str = "vlpg-bench",
     epilog: str | None = None,
-    recording: Callable[[], Path] | None = None,
+    recording: Callable[[str], Path] | None = None,
 ) -> None:
-    """``recording`` gives the file of the one to use when none is named."""
+    """``recording`` gives the file of the one to use, for a model, when none is named."""
     parser = argparse.ArgumentParser(
         prog=program,
         description=__doc__.split(": ", 1)[1],
@@ -47,10 +46,9 @@ def main(
     )
     _add_arguments(parser)
     options = parser.parse_args(arguments)
-    if options.what in ("planning", "mission", "all") and options.recording is None:
-        if recording is None:
-            parser.error("this needs a --recording; where the simulator is, vlpg bench record FILE makes one")
-        options.recording = recording()
+    needs_recording = options.what in ("planning", "mission", "all") and options.recording is None
+    if needs_recording and recording is None:
+        parser.error("this needs a --recording; where the simulator is, vlpg bench record FILE makes one")
     if options.enforce is not None and options.what not in ("mission", "all"):
         parser.error("--enforce: only missions run under a limit")
     if options.enforce == 0.0 and not options.budget:
@@ -58,6 +56,8 @@ def main(
     if options.runs is not None and options.runs < 1:
         parser.error("--runs must be at least 1")
     try:
+        if needs_recording:
+            options.recording = recording(options.model)
         raise SystemExit(bench(options))
     except (ModelError, RecordingError, ReportError, ProbeFailed, OSError) as error:
         parser.exit(2, f"{program}: {error}\n")

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from edge.bench.mission import STEP
-from edge.bench.report import Report
+from edge.bench.report import STEP, Report
 
 BOARD, HOST = "mission", "mission, text on the host"  # subjects of the report
 

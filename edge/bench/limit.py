@@ -39,7 +39,9 @@ class MemoryLimit:
 
     @property
     def kind(self) -> str:
-        return "control group" if self._group is not None else "RLIMIT_DATA"
+        if self._group is not None:
+            return "control group"
+        return f"RLIMIT_DATA, and {RESERVED / 1e6:.0f} MB of address space that two libraries keep untouched"
 
     def enter(self) -> None:
         """Put the calling process under the limit."""

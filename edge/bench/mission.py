@@ -12,6 +12,7 @@ import cv2
 from edge.bench import vlmaps
 from edge.bench.recording import Recording, RecordingError
 from edge.bench.replay import Replay
+from edge.bench.report import STEP
 from edge.bench.stopwatch import Stopwatch
 from edge.bench.subject import begin, tell
 from edge.link.offload import OffloadedEncoder
@@ -30,7 +31,6 @@ from edge.planning.mpepc import Mpepc
 from edge.robot import Robot
 from models.manifest import Manifest, resolve
 
-STEP = "whole step"
 STAGES = (
     (Localizer, "update", "localize"),
     (OccupancyGrid, "integrate_scan", "map a scan"),

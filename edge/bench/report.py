@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+STEP = "whole step"  # the stage of perception and planning in one control period
 # Student's t at 97.5 % by degrees of freedom from 1; further ones change little.
 T = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26)
 
@@ -56,7 +57,7 @@ class Report:
 
     machine: str
     model: str
-    runs: int = 0  # fresh processes of each subject
+    runs: int = 0  # the most fresh processes of a subject
     stages: dict[str, Stage] = field(default_factory=dict)
     processes: dict[str, Process] = field(default_factory=dict)
     sizes: dict[str, float] = field(default_factory=dict)  # MB
@@ -78,7 +79,7 @@ class Report:
             raise ReportError(f"{path} is no report of this benchmark; make it anew with --json {path}") from error
 
     def __str__(self):
-        lines = [f"{self.machine}; {self.model}; one core, {self.runs} fresh processes"]
+        lines = [f"{self.machine}; {self.model}; one core, {self.runs} fresh processes of each kind at most"]
         if self.stages:
             lines += ["", f"{'stage, ms':56} {'p50':>8} {'±':>6} {'p95':>8} {'max':>8} {'calls':>7}"]
             for name, stage in self.stages.items():

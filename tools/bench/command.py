@@ -5,7 +5,8 @@ from pathlib import Path
 
 from edge.bench.__main__ import main as bench
 from edge.process import cache_file
-from tools.bench import encoder, record, store
+from models.manifest import Manifest, resolve
+from tools.bench import encoder, store
 
 EPILOG = """\
 vlpg bench record FILE         make a recording, of another home or other objects than the usual one
@@ -15,13 +16,19 @@ vlpg bench peers store         a question to the memory beside other vector sear
 PEERS = {"encoder": encoder.main, "store": store.main}
 
 
-def usual_recording() -> Path:
-    """The file of the recording that is used when none is named; it is made if it does not exist."""
-    file = cache_file("bench.rec") or Path("bench.rec")
+def usual_recording(model: str) -> Path:
+    """The file of the recording that is used for ``model`` when none is named; it is made if it does not exist.
+
+    Raises ModelError when there is no such model.
+    """
+    name = f"bench-{Manifest.load(resolve(model)).digest[:12]}.rec"
+    file = cache_file(name) or Path(name)
     if not file.is_file():
+        from tools.bench import record  # late: it needs the simulator
+
         print(f"recording a tour and searches in the {record.HOME}, once: {file}", file=sys.stderr)
         whole = file.with_suffix(".part")
-        record.record(whole, record.HOME, record.OBJECTS)
+        record.record(whole, record.HOME, record.OBJECTS, model)
         whole.rename(file)
     return file
 
@@ -29,6 +36,8 @@ def usual_recording() -> Path:
 def main() -> None:
     match sys.argv[1:]:
         case ["record", *others]:
+            from tools.bench import record
+
             record.main(others)
         case ["peers", kind, *others] if kind in PEERS:
             PEERS[kind](others)

@@ -3,8 +3,7 @@
 import pytest
 
 from edge.bench.budget import BOARD, BUDGETS, HOST, overruns
-from edge.bench.mission import STEP
-from edge.bench.report import Process, Report, Stage
+from edge.bench.report import STEP, Process, Report, Stage
 
 ZERO = BUDGETS["pi-zero-2w"]
 

@@ -4,14 +4,15 @@ import sys
 
 import pytest
 
-from tools.bench import command
+from models.manifest import DEFAULT, Manifest, resolve
+from tools.bench import command, record
 
 
 @pytest.fixture
 def called(monkeypatch):
     """What was called, and with what."""
     calls = []
-    monkeypatch.setattr(command.record, "main", lambda others: calls.append(("record", others)))
+    monkeypatch.setattr(record, "main", lambda others: calls.append(("record", others)))
     monkeypatch.setattr(command, "bench", lambda arguments, *_: calls.append(("bench", arguments)))
     monkeypatch.setattr(command, "PEERS", {"store": lambda others: calls.append(("store", others))})
     return calls
@@ -43,12 +44,13 @@ def test_peers_of_nobody(monkeypatch, called, words):
 def test_the_usual_recording_is_made_once(monkeypatch, tmp_path):
     made = []
 
-    def record(path, home, objects):
-        made.append(home)
+    def pretend(path, home, objects, model):
+        made.append((home, model))
         path.write_bytes(b"")
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(command.record, "record", record)
+    monkeypatch.setattr(record, "record", pretend)
     (tmp_path / "vlpg").mkdir()
-    assert command.usual_recording() == command.usual_recording() == tmp_path / "vlpg/bench.rec"
-    assert made == [command.record.HOME]
+    file = tmp_path / "vlpg" / f"bench-{Manifest.load(resolve()).digest[:12]}.rec"
+    assert command.usual_recording(DEFAULT) == command.usual_recording(DEFAULT) == file
+    assert made == [(record.HOME, DEFAULT)]
