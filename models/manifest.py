@@ -160,6 +160,11 @@ class Manifest:
         text = self.text.graph, self.text.tokenizer
         return tuple(f for f in self.files if f.name not in text and not f.name.startswith(f"{self.text.graph}."))
 
+    @property
+    def has_text(self) -> bool:
+        """Whether its text tower is at hand; on a robot that leaves text to a host it is not."""
+        return (self.folder / self.text.graph).is_file()
+
     def verify(self, text: bool = True) -> None:
         """Check every file's presence, size and sha256 (about 0.1 s for 30 MB); without ``text``, not the text tower's.
 

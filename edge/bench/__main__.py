@@ -14,11 +14,12 @@ from edge.bench.recording import Recording, RecordingError
 from edge.bench.report import STEP, Report, ReportError
 from models.manifest import DEFAULT, Manifest, ModelError, resolve
 
+SUBJECTS = ["encoder", "store", "planning", "mission", "all"]
 PERIOD = 100.0  # ms between control steps
 
 
 def _add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("what", choices=["encoder", "store", "planning", "mission", "all"])
+    parser.add_argument("what", choices=SUBJECTS)
     parser.add_argument("--recording", type=Path, metavar="FILE", help="of the home in which to plan and to search")
     parser.add_argument("--model", default=DEFAULT, help="name or folder of the encoder (default: %(default)s)")
     parser.add_argument("--budget", choices=list(BUDGETS), help="exit code 1 if a figure is over this board's")
@@ -66,10 +67,13 @@ def main(
 def bench(options: argparse.Namespace) -> int:
     """Exit code. Raises ModelError, RecordingError, ReportError and ProbeFailed."""
     before = options.against and Report.load(options.against)
-    Manifest.load(resolve(options.model)).verify()
+    manifest = Manifest.load(resolve(options.model))
+    if not manifest.has_text:
+        _tell(f"{manifest.name} is here without its text tower: measured as with a host that encodes text")
+    manifest.verify(manifest.has_text)
     if options.recording:
         Recording(options.recording)  # whether it is one is said before anything is measured
-    what = subjects(options.what, options.recording, options.model)
+    what = subjects(options.what, options.recording, options.model, manifest.has_text)
     if options.enforce is not None:
         return enforce([subject for subject in what if subject.name in (BOARD, HOST)], options)
     limits = (options.runs, options.runs) if options.runs else (FEWEST, MOST)

@@ -26,18 +26,17 @@ class Subject:
     period: float = ProbeProcess.PERIOD  # s between readings of its memory
 
 
-def subjects(what: str, recording: Path | None, model: str) -> list[Subject]:
-    """Those of ``vlpg bench WHAT``."""
+def subjects(what: str, recording: Path | None, model: str, text: bool = True) -> list[Subject]:
+    """Those of ``vlpg bench WHAT``; without ``text``, of a robot that has no text tower."""
     file = str(recording)
+    # Missions take minutes, and a reading of their memory a millisecond or two.
+    board = Subject(BOARD, "edge.bench.mission", (file, model, "board", FOLDER), 0.01)
+    host = Subject(HOST, "edge.bench.mission", (file, model, "host", FOLDER), 0.01)
     everything = {
-        "encoder": [Subject("encoder", "edge.bench.encoder", (model, "board"))],
+        "encoder": [Subject("encoder", "edge.bench.encoder", (model, "board" if text else "host"))],
         "store": [Subject("store", "edge.bench.store", ())],
         "planning": [Subject("planning", "edge.bench.planning", (file,), 0.01)],
-        # Minutes long; a reading takes a millisecond or two.
-        "mission": [
-            Subject(BOARD, "edge.bench.mission", (file, model, "board", FOLDER), 0.01),
-            Subject(HOST, "edge.bench.mission", (file, model, "host", FOLDER), 0.01),
-        ],
+        "mission": [board, host] if text else [host],
     }
     return sum(everything.values(), []) if what == "all" else everything[what]
 

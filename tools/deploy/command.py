@@ -3,8 +3,12 @@
 import argparse
 from pathlib import Path
 
+from edge.bench.__main__ import SUBJECTS
+from edge.bench.budget import BUDGETS
+from edge.bench.recording import Recording, RecordingError
 from edge.process import cache_file
 from models.manifest import DEFAULT, Manifest, ModelError, resolve, sha256
+from tools.bench.command import usual_recording
 from tools.deploy.bundle import BundleConfig, contents, make
 from tools.deploy.remote import SSH, Board
 from tools.deploy.target import MACHINES, PYTHONS, DeployError, Target
@@ -13,7 +17,7 @@ from tools.deploy.wheels import write_lock
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """``vlpg deploy``. Exit code 1: the board's doctor found something bad."""
+    """``vlpg deploy``. Exit code 1: the board's doctor found something bad, or it is over its budget."""
     parser = argparse.ArgumentParser(prog="vlpg deploy", description=__doc__.split(": ", 1)[1])
     commands = parser.add_subparsers(dest="command", required=True)
 
@@ -25,25 +29,32 @@ def main(arguments: list[str] | None = None) -> None:
     bundle = command("bundle", _bundle, "make one archive of the robot, that installs without a network")
     lock = command("lock", _lock, "choose the newest wheels of the robot's dependencies, for later bundles")
     push = command("push", _push, "install the robot on a board over ssh, and let its doctor look at it")
+    bench = command("bench", _bench, "measure speed and memory on a board, by a recording of a simulated home")
     status = command("status", _status, "which version is installed, and how the service is")
     logs = command("logs", _logs, "what the robot writes")
     rollback = command("rollback", _rollback, "go back to the version before")
-    for made in (bundle, push):
+    for made in (bundle, push, bench):
         made.add_argument("--model", default=DEFAULT, help="name or folder of the encoder (default: %(default)s)")
+    for made in (bundle, push):
         made.add_argument("--offload", action="store_true", help="leave the text tower to a host")
     bundle.add_argument("--out", type=Path, default=Path("."), metavar="FOLDER", help="where it is written")
     for made in (bundle, lock):
         made.add_argument("--target", choices=MACHINES, default=Target.machine, help="default: %(default)s")
         made.add_argument("--python", choices=PYTHONS, default=Target.python, help="default: %(default)s")
-    for there in (push, status, logs, rollback):
+    for there in (push, bench, status, logs, rollback):
         there.add_argument("board", metavar="USER@BOARD")
         there.add_argument("--ssh", default=SSH, metavar="COMMAND", help="default: %(default)s")
         there.add_argument("--root", default="", metavar="DIR", help="installed below that folder of the board")
+    bench.add_argument("what", choices=SUBJECTS)
+    bench.add_argument("--recording", type=Path, metavar="FILE", help="default: the one that vlpg bench uses here")
+    bench.add_argument("--budget", choices=list(BUDGETS), help="exit code 1 if a figure is over this board's")
+    bench.add_argument("--runs", type=int, metavar="N", help="processes of each kind")
+    bench.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, here, too")
     logs.add_argument("--follow", action="store_true", help="go on until Ctrl-C")
     options = parser.parse_args(arguments)
     try:
         raise SystemExit(options.does(options))
-    except (DeployError, ModelError, OSError) as error:
+    except (DeployError, ModelError, RecordingError, OSError) as error:
         parser.exit(2, f"vlpg deploy {options.command}: {error}\n")
     except KeyboardInterrupt:
         parser.exit(130, "")
@@ -77,6 +88,17 @@ def _push(options) -> int:
     table, well = board.doctor(options.offload)
     print(table.rstrip())
     return 0 if well else 1
+
+
+def _bench(options) -> int:
+    recording = options.recording or usual_recording(options.model)
+    Recording(recording)  # whether it is one is said before it is sent
+    chosen = {"--model": Path(options.model).name, "--budget": options.budget, "--runs": options.runs}
+    arguments = [str(word) for flag, value in chosen.items() if value is not None for word in (flag, value)]
+    code, report = _board(options).bench(recording, [options.what, *arguments])
+    if options.json and code in (0, 1):
+        options.json.write_text(report())
+    return code
 
 
 def _status(options) -> int:

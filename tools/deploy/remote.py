@@ -5,12 +5,16 @@ import re
 import shlex
 import subprocess
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
+from models.manifest import sha256
 from tools.deploy.bundle import pack
 from tools.deploy.target import MACHINES, PYTHONS, DeployError, Target
 
 FOLDER = "vlpg-bundle"  # in the user's home on the board: the bundle that was last sent, kept for the next
+MEASURED = "vlpg-bench"  # there, too: what the benchmarks there use, and found
 FREE_DISK, FREE_MEMORY = 900, 200  # MB: the bundle, two installed versions; the robot's budget and some
 CLOCK = 300.0  # s that the board's may differ by from here
 SSH = "ssh -o ConnectTimeout=10 -o BatchMode=yes"
@@ -117,6 +121,24 @@ class Board:
         options = "--no-link" + (" --offload host" if offload else "")
         done = self._run(f"{shlex.quote(self.root)}/opt/vlpg/bin/vlpg-doctor {options}")
         return done.stdout + done.stderr, done.returncode == 0
+
+    def bench(self, recording: Path, arguments: list[str]) -> tuple[int, Callable[[], str]]:
+        """Run the installed ``vlpg-bench`` on a recording, in this terminal.
+
+        Its exit code, and a function that fetches what it found, as JSON. Raises DeployError when the recording cannot
+        be sent; one that is there already is not sent again.
+        """
+        there, report = f"{MEASURED}/{recording.name}", f"{MEASURED}/report.json"
+        known = self.run(f"mkdir -p {MEASURED}; rm -f {report}; sha256sum {shlex.quote(there)} 2>/dev/null || true")
+        if known.split(" ")[0] != sha256(recording):
+            quoted = shlex.quote(there)
+            with recording.open("rb") as file:
+                sent = subprocess.run([*self._command, f"cat > {quoted}.part && mv {quoted}.part {quoted}"], stdin=file)
+            if sent.returncode:
+                raise DeployError("the recording could not be sent; see above")
+        command = [*arguments, "--recording", there, "--json", report]
+        code = self.attach(f"{shlex.quote(self.root)}/opt/vlpg/bin/vlpg-bench {shlex.join(command)}")
+        return code, lambda: self.run(f"cat {report}")
 
     def release(self) -> str:
         """The installed version, "" without one."""

@@ -1,12 +1,14 @@
 """``vlpg bench`` and ``vlpg-bench``: what they say, and their exit codes."""
 
 import json
+import shutil
 
 import pytest
 
 from edge.bench import __main__ as command
-from edge.bench.budget import BOARD
+from edge.bench.budget import BOARD, HOST
 from edge.bench.report import Process, Report
+from models.manifest import Manifest, resolve
 
 
 def ended(arguments, **options):
@@ -71,3 +73,17 @@ def test_each_kind_of_mission_has_the_budgets_limit_for_it(monkeypatch, recordin
     assert ended(["mission", "--recording", str(recording), "--budget", "pi-zero-2w", "--enforce"]) == 0
     told = capsys.readouterr().out.splitlines()
     assert told[0].startswith("mission under 170 MB") and told[1].startswith("mission, text on the host under 130 MB")
+
+
+def test_a_robot_without_a_text_tower_is_measured_as_with_a_host(recording, tmp_path, capsys):
+    shipped, offloaded = Manifest.load(resolve()), tmp_path / "offloaded"
+    offloaded.mkdir()
+    for name in ["manifest.json", *(file.name for file in shipped.image_files)]:
+        shutil.copy(shipped.folder / name, offloaded)
+    model = ["--model", str(offloaded), "--runs", "1"]
+    assert ended(["encoder", *model]) == 0
+    told = capsys.readouterr()
+    assert "without its text tower" in told.err and "Grad-CAM" in told.out and "prompt" not in told.out
+    assert ended(["mission", "--recording", str(recording), *model]) == 0
+    told = capsys.readouterr().out
+    assert HOST in told and f"{BOARD}:" not in told

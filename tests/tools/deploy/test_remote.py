@@ -8,9 +8,15 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 
+import edge
+from edge.bench.recording import write
+from edge.bench.report import Report
+from edge.observation import Observation
 from tools.deploy import bundle, command, remote
 from tools.deploy.bundle import BundleConfig, contents
 from tools.deploy.remote import Board, Facts
@@ -45,6 +51,7 @@ def ssh(tmp_path, monkeypatch):
             assert server.poll() is None, server.stderr.read()
             time.sleep(0.05)
         monkeypatch.setattr(remote, "FOLDER", str(tmp_path / "sent"))
+        monkeypatch.setattr(remote, "MEASURED", str(tmp_path / "measured"))
         options = f"-p {port} -i {tmp_path}/client -o StrictHostKeyChecking=no -o UserKnownHostsFile={tmp_path}/known"
         yield f"ssh -q -o BatchMode=yes {options}"
         server.terminate()
@@ -102,6 +109,43 @@ def test_the_commands(ssh, cache, tmp_path, monkeypatch, capsys):
     assert run("status")[0] == 0
     code, said = run("rollback")
     assert code == 2 and "there is no version before this one" in said
+
+
+@pytest.fixture
+def measuring(ssh, tmp_path, monkeypatch, capfd):
+    """``vlpg deploy bench`` with a recording of one moment; the board has this source tree's benchmarks."""
+    installed = tmp_path / "root" / "opt" / "vlpg" / "bin" / "vlpg-bench"
+    installed.parent.mkdir(parents=True)
+    code = Path(edge.__file__).parents[1]
+    installed.write_text(f'#!/bin/sh\ncd {code} && exec {sys.executable} -m edge.bench "$@"\n')
+    installed.chmod(0o755)
+    write(tmp_path / "home.rec", [Observation(0.0, np.zeros(3), np.zeros(2))])
+    options = ["--ssh", ssh, "--root", str(tmp_path / "root"), "--recording", str(tmp_path / "home.rec")]
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as ended:
+            command.main(["bench", f"{getpass.getuser()}@127.0.0.1", *options, *arguments])
+        return ended.value.code, "".join(capfd.readouterr())
+
+    return run
+
+
+def test_it_is_measured_there_and_the_figures_come_back(measuring, tmp_path):
+    code, said = measuring("store", "--runs", "1", "--budget", "pi-zero-2w", "--json", str(tmp_path / "here.json"))
+    assert code == 0 and "within the budget pi-zero-2w" in said
+    assert Report.load(tmp_path / "here.json").runs == 1
+    sent = tmp_path / "measured" / "home.rec"
+    assert sent.read_bytes() == (tmp_path / "home.rec").read_bytes()
+    before = sent.stat().st_mtime_ns
+    assert measuring("store", "--runs", "1")[0] == 0 and sent.stat().st_mtime_ns == before
+
+
+def test_what_cannot_be_measured_there_leaves_no_file(measuring, tmp_path):
+    code, said = measuring("encoder", "--model", "nope", "--json", str(tmp_path / "here.json"))
+    assert code == 2 and "no model named nope" in said and not (tmp_path / "here.json").exists()
+    (tmp_path / "home.rec").write_bytes(b"nothing")
+    code, said = measuring("store")
+    assert code == 2 and "no whole recording" in said
 
 
 def test_who_is_not_there_or_does_not_let_us_in(ssh, tmp_path):
