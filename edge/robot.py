@@ -117,8 +117,11 @@ class Robot:
             self._remember(frame, pose)
 
     def _remember(self, frame: RgbdFrame, pose) -> None:
-        """Offer a view to the memory, whose gate decides."""
-        vectors, bearings = to_remember(look_closely(self.encoder, frame.rgb, hfov=self.camera.hfov))
+        """Offer a view to the memory, whose gate decides; often the whole picture tells that it is known."""
+        whole = self.encoder.encode_image(frame.rgb, self.camera.hfov)
+        if self.memory.knows(pose, whole.vectors[0]):
+            return
+        vectors, bearings = to_remember(look_closely(self.encoder, frame.rgb, whole, self.camera.hfov))
         bgr = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2BGR)
         keyframe = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, self.config.keyframe_quality])[1].tobytes()
         scan = None if self._scan is None else pack(self._scan, between(frame.odom, self._scan.odom))

@@ -59,21 +59,38 @@ def judge(pose, poses, answers, recent, cosines_with, config):
             node's; NaN where a node lacks the region. Asked for near nodes only.
         config: GateConfig.
     """
+    near, same_place = _near(pose, poses, answers, config)
+    if not len(near):
+        return Verdict(True, [])
+    cosines, recent = cosines_with(near), recent[near]
+    least = np.nanmin(cosines, axis=1)
+    disagrees = same_place & (least < config.disagreement)
+    known = recent & ~disagrees & (cosines[:, 0] >= config.similarity)
+    if known.any() and not disagrees.any() and config.policy != "dense":
+        return Verdict(False, [])
+    renewed = ~recent & (least >= config.similarity)
+    return Verdict(True, near[disagrees | renewed].tolist())
+
+
+def is_known(pose, poses, answers, recent, cosines_with, config):
+    """Whether ``judge`` refuses a candidate whatever its regions show: three passes of the image tower saved.
+
+    That is so for a third of the candidates: only a node at the same pose can be contradicted by a region. Arguments
+    as for ``judge``, with the cosines of the whole picture only.
+    """
+    near, same_place = _near(pose, poses, answers, config)
+    if config.policy == "dense" or same_place.any() or not recent[near].any():
+        return False
+    return bool((recent[near] & (cosines_with(near)[:, 0] >= config.similarity)).any())
+
+
+def _near(pose, poses, answers, config):
+    """Rows of the nodes that have a say about a view from ``pose``, and which of them have (nearly) the same pose."""
     dense = config.policy == "dense"
     reach, turn = (config.same_distance, config.same_angle) if dense else (config.distance, config.angle)
     near = np.flatnonzero(answers & (np.abs(poses[:, 0] - pose[0]) <= reach))
     offsets = poses[near] - pose
     distances, angles = np.hypot(offsets[:, 0], offsets[:, 1]), np.abs(wrap(offsets[:, 2]))
     close = (distances <= reach) & (angles <= turn)
-    near, distances, angles = near[close], distances[close], angles[close]
-    if not len(near):
-        return Verdict(True, [])
-    cosines, recent = cosines_with(near), recent[near]
-    least = np.nanmin(cosines, axis=1)
     same_place = (distances <= config.same_distance) & (angles <= config.same_angle)
-    disagrees = same_place & (least < config.disagreement)
-    known = recent & ~disagrees & (cosines[:, 0] >= config.similarity)
-    if known.any() and not disagrees.any() and not dense:
-        return Verdict(False, [])
-    renewed = ~recent & (least >= config.similarity)
-    return Verdict(True, near[disagrees | renewed].tolist())
+    return near[close], same_place[close]

@@ -6,7 +6,7 @@ import numpy as np
 
 from edge.memory.database import connect, unpack_symmetric
 from edge.memory.edges import EdgeTable
-from edge.memory.gate import GateConfig, judge
+from edge.memory.gate import GateConfig, is_known, judge
 from edge.memory.motion import MotionNoise, in_frame
 from edge.memory.node_table import NodeTable
 from edge.memory.nodes import PER_METRE, Nodes
@@ -96,6 +96,13 @@ class Vlpg:
         """From now on, views are of a new tour: what was seen before may no longer be so."""
         self._tour += 1
 
+    def knows(self, pose, vector):
+        """Whether ``add`` would refuse a view from ``pose (3,)`` whose whole picture has this ``vector (D,)``.
+
+        True only if its regions make no difference; else let ``add`` decide.
+        """
+        return is_known(*self._candidate(np.asarray(pose, float), np.atleast_2d(vector)))
+
     def add(self, stamp, pose, covariance, vectors, bearings, keyframe=None, scan=None, reach=None):
         """Offers a view; the gate decides whether it becomes a node.
 
@@ -116,14 +123,7 @@ class Vlpg:
         Raises ValueError for wrong shapes or numbers that are not finite.
         """
         view = View.checked(self.dim, pose, covariance, vectors, bearings, reach)
-        verdict = judge(
-            view.pose,
-            self._nodes.poses,
-            self._nodes.answers,
-            self._nodes.tours == self._tour,
-            lambda rows: self._vectors.cosines(self._nodes.ids[rows], view.vectors),
-            self.config.gate,
-        )
+        verdict = judge(*self._candidate(view.pose, view.vectors))
         if not verdict.admit:
             return None
         node = self._nodes.next
@@ -269,6 +269,18 @@ class Vlpg:
         self._tour = int(self._nodes.tours.max(initial=0))
         for rows in self._table.vectors(self.dim):
             self._vectors.append(*rows)
+
+    def _candidate(self, pose, vectors):
+        """What the gate must know of a view."""
+        nodes = self._nodes
+        return (
+            pose,
+            nodes.poses,
+            nodes.answers,
+            nodes.tours == self._tour,
+            lambda rows: self._vectors.cosines(nodes.ids[rows], vectors),
+            self.config.gate,
+        )
 
     def _resume(self, old, node, covariance):
         """Links the first node of a session: the map is what it was located in, and ``old`` is what the map is of."""

@@ -70,6 +70,14 @@ def test_driving_on_adds_both():
     assert robot.grid.lidar.max() > 1
 
 
+def test_what_the_whole_picture_shows_to_be_known_is_not_looked_at_closely():
+    robot, encoder = make_robot()
+    for step in range(14):
+        robot.perceive(observation(0.1 * step, x=0.03 * step))
+    # A node; a view after 12 cm, where a region might contradict it; views after 24 and 36 cm.
+    assert encoder.pictures == 4 + 4 + 1 + 1 and len(robot.memory) == 1
+
+
 def test_the_bumper_blocks_the_ground_in_front():
     robot, _ = make_robot()
     robot.perceive(observation(0.1))

@@ -2,8 +2,10 @@ from math import radians
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from edge.memory.gate import GateConfig, judge
+from edge.memory.gate import GateConfig, is_known, judge
 
 CONFIG = GateConfig("novel", 0.9, distance=0.5, angle=radians(30), same_distance=0.2, same_angle=radians(8),
     disagreement=0.6)
@@ -81,3 +83,32 @@ def test_regions_that_a_node_lacks_do_not_count():
 )
 def test_a_view_of_a_later_tour_is_never_known_already(offset, cosines, superseded):
     assert verdict(offset, cosines, recent=False) == (True, superseded)
+
+
+@pytest.mark.parametrize(
+    "offset, whole, known",
+    [
+        ((0.3, 0, 0), 0.95, True),
+        ((0.3, 0, 0), 0.85, False),
+        ((0.6, 0, 0), 0.99, False),
+        ((0.1, 0, 0), 0.99, False),  # at the same pose a region may contradict it
+    ],
+)
+def test_the_whole_picture_may_tell_that_a_view_is_known(offset, whole, known):
+    given = HERE, np.array([offset], float), np.ones(1, bool), np.ones(1, bool), lambda nodes: np.array([[whole]])
+    assert is_known(*given, CONFIG) == known
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from(["novel", "dense"]))
+def test_what_is_known_by_the_whole_picture_is_refused_whatever_its_regions_show(seed, policy):
+    rng, config = np.random.default_rng(seed), GateConfig(policy)
+    poses = rng.normal(0, (0.3, 0.3, 0.4), (rng.integers(0, 6), 3))
+    answers, recent = rng.random((2, len(poses))) < 0.8
+    cosines = rng.uniform(0, 1, (len(poses), 4))
+    cosines[:, 0] = rng.choice([0.5, 0.95], len(poses))
+    by_whole = is_known(HERE, poses, answers, recent, lambda nodes: cosines[nodes, :1], config)
+    verdict = judge(HERE, poses, answers, recent, lambda nodes: cosines[nodes], config)
+    assert not (by_whole and verdict.admit)
+    same_place = (np.hypot(*poses[:, :2].T) <= config.same_distance) & (np.abs(poses[:, 2]) <= config.same_angle)
+    if not verdict.admit and not (same_place & answers).any():
+        assert by_whole  # no pass of the image tower is made in vain

@@ -50,6 +50,8 @@ def test_the_gate_refuses_and_recent_knowledge_wins():
     before, after = unit(rng, 2)
     assert store.add(0.0, (0, 0, 0), COVARIANCE, before, [0.0]) == 0
     assert store.add(0.1, (0.05, 0, 0), COVARIANCE, before, [0.0]) is None
+    assert not store.knows((0.05, 0, 0), before)  # there, a region might contradict it
+    assert store.knows((0.3, 0, 0), before) and not store.knows((0.3, 0, 0), after)
     assert len(store) == 1
     assert store.add(9.0, (0.05, 0, 0.02), COVARIANCE, after, [0.0]) == 1
     assert store.ids.tolist() == [1]
