@@ -282,8 +282,11 @@ def main(arguments=None):
     parser.add_argument(
         "--offload", choices=["host", "never", "auto"], default="auto", help="who encodes text (default: %(default)s)"
     )
+    parser.add_argument("--threads", type=int, default=1, metavar="N", help="cores for the towers (default: 1)")
     add_link_arguments(parser)
     options = parser.parse_args(arguments)
+    if options.threads < 1:
+        parser.error("--threads must be at least 1")
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
     try:
         _run(options)
@@ -305,16 +308,16 @@ def _run(options):
 
     manifest = Manifest.load(resolve(options.model) if options.model else resolve())
     manifest.verify(text=options.offload != "host")
-    images = Encoder(manifest, text=False)
+    images = Encoder(manifest, text=False, threads=options.threads)
     stop = stop_event()
     give_back_large_blocks()
-    cv2.setNumThreads(1)  # as ONNX Runtime: the other cores are the base's, and of who else lives on the board
+    cv2.setNumThreads(1)  # the other cores are the base's, and of who else lives on the board
     with (
         # The store first: that it is another encoder's is said whether or not anybody listens.
         Vlpg.open(options.memory, images.name, images.digest, images.dim) as memory,
         open_session(link_config(options), stop) as session,
     ):
-        tower, prompts = TextTower(manifest), cache_file("prompts.db")
+        tower, prompts = TextTower(manifest, options.threads), cache_file("prompts.db")
         encoder = OffloadedEncoder(session, images, options.offload, tower, prompts)
         robot = Robot(encoder, memory)
         saved = memory.load_map()

@@ -24,7 +24,7 @@ from edge.link.requests import RequestError
 from edge.mapping.grid import GridFrame
 from edge.mapping.occupancy import OccupancyGrid
 from edge.memory.store import Vlpg
-from edge.node import Missions, Node, NodeConfig
+from edge.node import Missions, Node, NodeConfig, main
 from edge.observation import STOP, LaserScan, Twist
 from edge.planning.local_search import Replan
 
@@ -381,3 +381,9 @@ def test_without_a_host_the_graph_stays_as_it_is(rig, monkeypatch):
     robot = rig(missions())
     robot.until(lambda: robot.status().state == "idle")
     assert robot.status().outcome == "mapped" and not asked
+
+
+def test_a_wrong_option_is_told(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["--threads", "0"])
+    assert ended.value.code == 2 and "--threads must be at least 1" in capsys.readouterr().err

@@ -34,6 +34,11 @@ def test_a_view_has_unit_vectors_bearings_and_features(encoder):
     assert [features.shape for features in view.features] == [(1280, 7, 9), (256, 14, 18)]
 
 
+def test_more_threads_say_the_same(encoder):
+    one, two = encoder.encode_image(picture()), Encoder.load(text=False, threads=2).encode_image(picture())
+    np.testing.assert_allclose(two.vectors, one.vectors, atol=1e-6)
+
+
 def test_bearings_point_at_the_middles_of_the_thirds(encoder):
     view = encoder.encode_image(picture(), hfov=np.radians(79))
     whole, left, middle, right = view.bearings

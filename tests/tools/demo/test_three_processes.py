@@ -111,7 +111,8 @@ def test_explores_a_home_never_seen_then_answers_from_memory(tmp_path):
     with Supervisor(tmp_path) as processes:
         base = ("--home", str(FLAT), "--speed", "8", "--listen", endpoint, "--no-multicast-scouting")
         processes.start("sim", module("firmware_sim.node", *base))
-        processes.start("robot", module("edge.node", "--wait", "--memory", str(tmp_path / "home.vlpg"), *there))
+        memory = ("--memory", str(tmp_path / "home.vlpg"))
+        processes.start("robot", module("edge.node", "--wait", "--threads", "2", *memory, *there))
 
         def vlpg(*arguments):
             command = [sys.executable, "-m", "tools.cli", *arguments, *there]
