@@ -6,10 +6,11 @@ from pathlib import Path
 from edge.bench.__main__ import main as bench
 from edge.process import cache_file
 from models.manifest import Manifest, resolve
-from tools.bench import encoder, store
+from tools.bench import boards, encoder, store
 
 EPILOG = """\
 vlpg bench record FILE         make a recording, of another home or other objects than the usual one
+vlpg bench boards FILE         an estimate, from such a file, for boards where it was not measured
 vlpg bench peers encoder       the image tower beside the same in float32
 vlpg bench peers store         a question to the memory beside other vector searches
 """
@@ -39,6 +40,8 @@ def main() -> None:
             from tools.bench import record
 
             record.main(others)
+        case ["boards", *others]:
+            boards.main(others)
         case ["peers", kind, *others] if kind in PEERS:
             PEERS[kind](others)
         case ["peers", *_]:
