@@ -46,6 +46,12 @@ def test_search_against_float32_brute_force(seed, n, dim, k):
     assert exact[hits.ids].min() >= exact[best].min() - 2 * tolerance - 0.01
 
 
+def test_of_equal_views_the_first_are_found():
+    rows = np.repeat(unit(np.random.default_rng(5), 2, 8), 40, axis=0)  # two pictures, each seen 40 times
+    assert filled(rows).search(rows[0], 50).ids[:40].tolist() == list(range(40))
+    assert filled(rows).search(np.zeros(8), 50).ids.tolist() == list(range(50))
+
+
 def test_recall_at_50_of_twenty_thousand():
     rng = np.random.default_rng(4)
     rows = unit(rng, 20_000, 512)
