@@ -6,12 +6,13 @@ threads only hand messages over.
 
 import argparse
 import logging
+import sqlite3
 import statistics
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -77,10 +78,11 @@ class Node:
             self._inbox.on(f"{self.config.name}/{key}", kind, handler)
         self._mission = None if mapped or wait else missions.map_home(robot)
         self._state = "idle" if self._mission is None else "mapping"
+        self._restarts = 0  # of the base, that were heeded
         self._asked_by: Exchange | None = None  # who waits for the mission to end
         self._object = ""  # what is being looked for
         self._started = self._driven = 0.0  # stamp and odometer when the mission began
-        self._outcome = self._problem = ""
+        self._outcome = self._problem = self._blind = ""
         self._frame = None  # the newest picture
         self._camera_known = False  # whether the base has announced its camera
         self._path = deque(maxlen=20_000)  # 1 km
@@ -116,34 +118,43 @@ class Node:
 
     def _step(self, observation):
         started = time.perf_counter()
-        if self.base.restarts and self._state != "failed":
-            self._fail("the base was restarted and its odometry began anew; restart the robot process too")
+        if self.base.restarts > self._restarts:
+            self._restarts = self.base.restarts
+            self._fail("the base was restarted and its odometry began anew")
+            self.robot.wake_in(self.robot.grid)
         if observation.frame is not None:
             self._frame = observation.frame
-            if not self._camera_known:
-                self._meet_camera()
+            if not self._knows_camera(observation.frame):
+                observation = replace(observation, frame=None)
         try:
             if self._mission is None:
-                if self._state != "failed":
-                    self.robot.perceive(observation)
+                self.robot.perceive(observation)
             else:
                 self.base.command(self._mission.step(observation))
+                if self._mission.done:
+                    self._finish()
         except Exception as error:  # a fault of ours must not keep the robot moving, lose the map or end the process
-            log.exception("the mission failed")
+            if str(error) not in self._problem:  # idle, it may come with every observation
+                log.exception("a control step failed")
             self._fail(f"internal error: {error}")
             return
         self._follow()
-        if self._mission is not None and self._mission.done:
-            self._finish()
-        elif self._state == "mapping" and observation.stamp - self._saved >= self.config.save_every:
+        if self._state == "mapping" and observation.stamp - self._saved >= self.config.save_every:
             self._save()
         self._steps.append(time.perf_counter() - started)
         self._late += self._steps[-1] > self.config.step_limit
 
-    def _meet_camera(self):
+    def _knows_camera(self, frame):
+        """Whether the base has told what camera takes pictures of this size; others would be misread."""
+        if self._camera_known and _takes(self.robot.camera, frame):
+            return True
         camera = self.base.camera(self.robot.camera)
-        if camera is not None:
-            self.robot.camera, self._camera_known = camera, True
+        if camera is None or not _takes(camera, frame):
+            rows, cols = frame.depth.shape
+            self._blind = f"there is no camera_info for pictures of {cols} x {rows}, so they are not looked at"
+            return False
+        self.robot.camera, self._camera_known, self._blind = camera, True, ""
+        return True
 
     def _follow(self):
         here = self.robot.pose[:2]
@@ -157,13 +168,15 @@ class Node:
             self._outcome = outcome.status
             reply = find_reply(self._object, outcome, self.robot, self._frame)
         else:
-            self.mapped |= outcome.complete
-            self._outcome = "mapped" if outcome.complete else "mapped in part: time ran out"
+            if outcome.complete:
+                self.robot.memory.mark_mapped()
+                self.mapped = True
             self._straighten()
             reply = tour_reply(outcome, self.robot)
+            self._outcome = "mapped" if outcome.complete else f"mapped in part: {reply.status}"
         if self._asked_by is not None:
             self._asked_by.reply(reply)
-        self._end("idle")
+        self._end()
 
     def _straighten(self):
         """With a host at hand, let the whole graph decide where its nodes are."""
@@ -183,20 +196,27 @@ class Node:
             self._path = deque(carried(np.array(self._path), before, after), self._path.maxlen)
 
     def _fail(self, problem):
-        self.base.command(STOP)
+        """Something is wrong: the mission ends, if there is one. The next may be luckier."""
         self._problem = problem
+        if self._mission is None:
+            return
+        self.base.command(STOP)
         if self._asked_by is not None:
             self._asked_by.refuse(problem)
-        self._end("failed")
+        self._end()
 
-    def _end(self, state):
+    def _end(self):
         self._mission = self._asked_by = None
-        self._state, self._object = state, ""
+        self._state, self._object = "idle", ""
         self._save()
 
     def _save(self):
-        self.robot.memory.save_map(self.robot.grid.to_bytes())
         self._saved = self.robot.stamp
+        try:
+            self.robot.memory.save_map(self.robot.grid.to_bytes())
+        except sqlite3.Error as error:
+            self._problem = f"the map cannot be saved ({error}); is the disk full?"
+            log.error("%s", self._problem)
 
     def _find(self, request, exchange):
         self._be_ready()
@@ -213,8 +233,6 @@ class Node:
 
     def _be_ready(self):
         """Raises RequestError when the robot cannot begin anything now."""
-        if self._state == "failed":
-            raise RequestError(f"the robot cannot: {self._problem}")
         if self._mission is not None:
             busy = f"looking for {self._object}" if self._object else "mapping its home"
             raise RequestError(f"the robot is {busy}; wait, or cancel that first")
@@ -222,7 +240,7 @@ class Node:
             raise RequestError("the base sends no odometry; start it first")
 
     def _begin(self, mission, state, exchange):
-        self._mission, self._state, self._asked_by = mission, state, exchange
+        self._mission, self._state, self._asked_by, self._problem = mission, state, exchange, ""
         self._started, self._driven = self.robot.stamp, self.robot.distance
 
     def _cancel(self, request, exchange):
@@ -237,12 +255,11 @@ class Node:
             else:
                 self._asked_by.reply(requests.TourReply("cancelled", *spent, len(robot.memory)))
         self._outcome = "cancelled"
-        self._end("idle")
+        self._end()
         return requests.CancelReply(True)
 
     def _status(self, request, exchange):
         robot, encoder = self.robot, self.robot.encoder
-        silent = self.base.age > self.config.silent
         area, viewed = areas(robot)
         return requests.StatusReply(
             state=self._state,
@@ -257,19 +274,32 @@ class Node:
             peak_memory=self._memory.peak,
             encoder=encoder.name,
             offload=getattr(encoder, "mode", "never"),
-            host_alive=getattr(encoder, "host_alive", False),
+            host_alive=bool(self._hosts.alive),
             step_time=statistics.median(self._steps) if self._steps else 0.0,
             late=self._late,
             object=self._object,
             outcome=self._outcome,
-            problem=self._problem or self.base.problem or ("the base sends no odometry" if silent else ""),
+            problem=self._problem or self.base.problem or self._missing(),
         )
+
+    def _missing(self):
+        """What the robot lacks to work, for people; empty if nothing."""
+        if self.base.age > self.config.silent:
+            return "the base sends no odometry"
+        if self.robot.localizer.lost:
+            return "it does not find its place in its map; take it where it has been, or map anew into another --memory"
+        return self._blind
 
     def _map(self, request, exchange):
         return map_reply(self.robot.grid, list(self._path))
 
     def _graph(self, request, exchange):
         return graph_reply(self.robot.memory, self.robot.encoder, request.vectors_from)
+
+
+def _takes(camera, frame):
+    """Whether ``camera`` takes pictures as large as this one."""
+    return frame.depth.shape == (camera.height, camera.width)
 
 
 def main(arguments=None):
@@ -323,7 +353,7 @@ def _run(options):
         saved = memory.load_map()
         if saved is not None:
             try:
-                robot.grid = OccupancyGrid.from_bytes(saved)
+                robot.wake_in(OccupancyGrid.from_bytes(saved))
             except ValueError as error:
                 raise StoreError(f"{options.memory}: {error}") from error
 
@@ -336,7 +366,7 @@ def _run(options):
             return ExploreForObject(robot, target)
 
         config = NodeConfig(name=options.name)
-        node = Node(session, robot, Missions(MapHome, find), saved is not None, config, options.wait)
+        node = Node(session, robot, Missions(MapHome, find), memory.mapped, config, options.wait)
         node.run(stop)
 
 

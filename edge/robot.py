@@ -28,6 +28,7 @@ class RobotConfig:
     radius: float = 0.18  # m, [U] Sec. V
     scan_distance: float = 0.05  # m, a cell
     scan_angle: float = np.radians(3.0)  # rad, three beams
+    seek_every: float = 1.0  # s between a lost robot's looks for its place, each of a tenth of a second or more
     candidate_distance: float = 0.10  # m; [V] offers a view every 100 ms, but from the same pose it tells nothing new
     candidate_angle: float = np.radians(6.0)  # rad
     keyframe_quality: int = 75  # of the JPEG that a node keeps for `vlpg reindex`; about 9 kB
@@ -53,6 +54,7 @@ class Robot:
         self.distance = 0.0  # m driven
         self.frame: RgbdFrame | None = None  # the newest picture
         self._scan: LaserScan | None = None  # the newest lidar turn
+        self._sought = -np.inf  # s, when a lost robot last looked for its place
         self._offered = self._mapped = np.array([1e9, 1e9, 0.0])  # poses of the last view offered, the last scan mapped
 
     def perceive(self, observation: Observation) -> None:
@@ -62,6 +64,8 @@ class Robot:
             self.movers.update(self.in_map(scan.odom), scan, self.grid)
             scan = self.movers.without_walkers(scan)
         pose = self.localizer.update(observation.odom, scan, self.grid)
+        if scan is not None and self.localizer.lost and self._find_itself(scan):
+            pose = self.pose = self.localizer.pose(observation.odom)
         self.distance += float(np.hypot(*(pose[:2] - self.pose[:2])))
         self.stamp, self.pose = observation.stamp, pose
         self.twist, self.bumper = observation.twist, observation.bumper
@@ -75,6 +79,10 @@ class Robot:
         self.frame = observation.frame
         if self.frame is not None and not self.localizer.lost:
             self._look(self.frame)
+
+    def wake_in(self, grid: OccupancyGrid) -> None:
+        """Wake up somewhere in the home that ``grid`` shows: lost, until a scan tells where. If it shows any."""
+        self.grid, self.localizer, self.movers = grid, Localizer(lost=bool(grid.free.any())), MoverTracker()
 
     def in_map(self, odom):
         """A base pose of the odom frame, in the map frame."""
@@ -97,6 +105,16 @@ class Robot:
         self.localizer.move(self.pose, here)
         self.pose = here
         self._mapped, self._offered = (carried_pose(pose, before, after) for pose in (self._mapped, self._offered))
+
+    def _find_itself(self, scan: LaserScan) -> bool:
+        """A lost robot looks for its place in the whole map, now and then; whether it has found it."""
+        if abs(scan.stamp - self._sought) < self.config.seek_every:
+            return False
+        self._sought = scan.stamp
+        found = self.localizer.relocalize(scan, self.grid)
+        if found:
+            self.memory.break_off()
+        return found
 
     def _map_scan(self, scan: LaserScan) -> None:
         """Map a scan unless the last one was taken here: repeated, the error of one pose would become the map's."""

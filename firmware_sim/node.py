@@ -56,6 +56,7 @@ class Node:
             return publisher(session, f"{name}/{topic}")
 
         self._odom, self._imu, self._scan = stream("odom"), stream("imu"), stream("scan")
+        self._bumper = stream("bumper")
         self._color, self._depth = stream("camera/color/image/compressed"), stream("camera/depth/image_raw")
         self._info, self._battery = stream("camera/camera_info"), stream("battery_state")
         self._truth = stream("ground_truth/odom")
@@ -123,6 +124,7 @@ class Node:
             self._battery.put(self._battery_message(stamp))
         if observation.scan is not None:
             self._scan.put(scan_to_message(observation.scan, world.config.scan_period))
+        self._bumper.put(messages.Bool(observation.bumper))
         self._imu.put(self._imu_message(stamp))
         self._truth.put(odometry_to_message(stamp, world.truth, observation.twist, frame="map"))
         covariance = world.odometry.covariance

@@ -11,6 +11,7 @@ from edge.link.session import LinkConfig, LinkError, open_session
 from tools.robot_client import Call, RobotClient
 
 MODES = ("peer", "client", "router")
+LOST = "lost: it does not find its place in its map"
 GUESSES = 3  # told when the object is not in memory
 
 
@@ -60,7 +61,12 @@ def find(robot: RobotClient, words: str, search: bool, explore: bool, picture: P
 def tour(robot: RobotClient) -> bool:
     """Let it look at everything again; whether it got everywhere. An interrupt ends the tour and goes on up."""
     reply = _answered(robot, Call(robot.tour))
-    ends = {"complete": "seen all", "timeout": "out of time before all was seen", "cancelled": "cancelled"}
+    ends = {
+        "complete": "seen all",
+        "timeout": "out of time before all was seen",
+        "lost": LOST,
+        "cancelled": "cancelled",
+    }
     spent = f"{reply.duration:.1f} s and {reply.distance:.1f} m"
     print(f"{ends[reply.status]}, after {spent}; {reply.nodes} nodes remember the home")
     return reply.status == "complete"
@@ -87,6 +93,8 @@ def told(reply: FindReply) -> list[str]:
             return [f"a guess: {reply.object} may be in view of the robot now{sure}, after {spent}"]
         x, y = reply.position
         return [f"found {reply.object} at ({x:.2f}, {y:.2f}) m in the robot's map{sure}, after {spent}"]
+    if reply.status == "lost":
+        return [f"{LOST}, after {spent}"]
     if reply.status != "not in memory":
         lines = [f"{reply.status}: {reply.object}, after {spent}"]
         if reply.position is not None:

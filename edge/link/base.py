@@ -47,8 +47,8 @@ class Base:
         self._scan = Topic(session, f"{name}/scan", messages.LaserScan, wake=wake)
         self._color = Topic(session, f"{name}/camera/color/image/compressed", messages.CompressedImage, keep=3)
         self._depth = Topic(session, f"{name}/camera/depth/image_raw", messages.Image, keep=3)
+        self._bumper = Topic(session, f"{name}/bumper", messages.Bool, keep=50)
         self._info = Topic(session, f"{name}/camera/camera_info", messages.CameraInfo)
-        self._battery = Topic(session, f"{name}/battery_state", messages.BatteryState)
         self._commands = publisher(session, f"{name}/cmd_vel", command=True)
         self._forget()
 
@@ -58,6 +58,7 @@ class Base:
         self._twist = np.zeros(2)
         self._last = self._last_scan = self._last_frame = -np.inf  # stamps of what was last handed out
         self._colors, self._depths = deque(maxlen=3), deque(maxlen=3)  # (stamp, payload) not handed out yet
+        self._pressed = False  # what the bumper said last
 
     @property
     def age(self):
@@ -77,15 +78,6 @@ class Base:
             self._complain(error)
             return None
 
-    def battery(self):
-        """Charge in [0, 1], or None when the base does not tell."""
-        try:
-            state = self._battery.read_latest()
-        except MessageError as error:
-            self._complain(error)
-            return None
-        return state and state.percentage
-
     def observe(self):
         """The next ``Observation`` when one is due, else None. Call it whenever ``wake`` was called."""
         self._take_odometry()
@@ -96,7 +88,7 @@ class Base:
         if scan is None and now < self._last + self.config.period + self.config.wait_for_scan:
             return None
         self._last = now
-        return Observation(now, self._poses[-1], self._twist, scan, self._new_frame(now))
+        return Observation(now, self._poses[-1], self._twist, scan, self._new_frame(now), self._was_touched())
 
     def _take_odometry(self):
         for payload in self._odometry.take():
@@ -115,6 +107,17 @@ class Base:
                 self._stamps.append(stamp)
                 self._poses.append(pose)
                 self._twist = twist
+
+    def _was_touched(self):
+        """Whether the bumper was pressed at any time since the last observation; a short touch counts too."""
+        touched = self._pressed
+        for payload in self._bumper.take():
+            try:
+                self._pressed = decode(messages.Bool, payload).data
+            except MessageError as error:
+                self._complain(error)
+            touched |= self._pressed
+        return touched
 
     def _new_scan(self, now):
         try:

@@ -63,10 +63,21 @@ def scan_to_message(scan, scan_time):
 
 
 def scan_from_message(message, odom):
-    """``odom (3,)``: base pose in the odom frame at the stamp. Ranges beyond the sensor's limits become inf."""
-    ranges = np.array(message.ranges, np.float32)
+    """``odom (3,)``: base pose in the odom frame at the stamp.
+
+    As in REP 117, ranges beyond the sensor's reach are inf, no return; what is too near for it, or is no number, is NaN
+    and says nothing. Where a lidar does not look all around, beams of NaN fill up the turn.
+
+    Raises MessageError for a scan without ranges, or whose angles or greatest range are no numbers.
+    """
+    ranges, step = np.array(message.ranges, np.float32), message.angle_increment
+    if not len(ranges) or not np.isfinite([message.angle_min, step, message.range_max]).all() or step == 0:
+        raise MessageError("a scan has no ranges, no angle_increment, or an angle or range_max that is no number")
     with np.errstate(invalid="ignore"):
-        ranges[~((ranges >= message.range_min) & (ranges <= message.range_max))] = np.inf
+        ranges[ranges > message.range_max] = np.inf
+        ranges[ranges < message.range_min] = np.nan
+    unseen = max(round(2 * np.pi / abs(step)) - len(ranges), 0)
+    ranges = np.concatenate([ranges, np.full(unseen, np.nan, np.float32)])
     return LaserScan(
         message.header.stamp.seconds, ranges, message.angle_min, message.angle_increment, message.range_max, odom
     )
@@ -130,7 +141,7 @@ def camera_from_message(message, mounted):
     Raises MessageError for a picture without a size or a focal length.
     """
     f = message.k[0]
-    if not (message.width and message.height and f > 0):
+    if not (message.width and message.height and 0 < f < np.inf):
         raise MessageError("the camera_info is not calibrated: it has no size or no focal length")
     hfov = 2 * atan2(message.width / 2, f)
     return CameraModel(

@@ -61,6 +61,11 @@ class Header(IdlStruct, typename="std_msgs/msg/Header"):
 
 
 @dataclass
+class Bool(IdlStruct, typename="std_msgs/msg/Bool"):
+    data: bool = False
+
+
+@dataclass
 class Vector3(IdlStruct, typename="geometry_msgs/msg/Vector3"):
     x: float64 = 0.0
     y: float64 = 0.0

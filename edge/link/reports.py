@@ -83,7 +83,7 @@ def cancelled_reply(name, robot, frame, duration, distance):
 
 def tour_reply(outcome, robot):
     """``outcome`` of a MapHome mission."""
-    status = "complete" if outcome.complete else "timeout"
+    status = "complete" if outcome.complete else "lost" if robot.localizer.lost else "timeout"
     return TourReply(status, outcome.duration, outcome.distance, len(robot.memory))
 
 

@@ -83,7 +83,7 @@ class Replan(Body):
 class FindReply(Body):
     """How a search ended. What is None was not reached."""
 
-    status: Literal["found", "not found", "not in memory", "timeout", "cancelled"]
+    status: Literal["found", "not found", "not in memory", "timeout", "lost", "cancelled"]
     object: str
     pose: Pose  # of the robot
     duration: float  # s
@@ -104,9 +104,9 @@ class Tour(Body):
 
 
 class TourReply(Body):
-    """How a tour ended. "timeout": it was cut short, and what it has seen is remembered all the same."""
+    """How a tour ended. Cut short ("timeout", "lost"), what it has seen is remembered all the same."""
 
-    status: Literal["complete", "timeout", "cancelled"]
+    status: Literal["complete", "timeout", "lost", "cancelled"]
     duration: float  # s
     distance: float  # m driven
     nodes: int  # in the memory
@@ -125,7 +125,7 @@ class Status(Body):
 
 
 class StatusReply(Body):
-    state: Literal["idle", "mapping", "finding", "failed"]
+    state: Literal["idle", "mapping", "finding"]
     stamp: float  # s, the base's clock
     pose: Pose
     nodes: int

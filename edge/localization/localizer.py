@@ -32,15 +32,18 @@ class LocalizerConfig:
 class Localizer:
     """Keeps the transform from map to odom: ``pose = compose(map_from_odom, odom)``.
 
-    ``map_from_odom`` (3,) is where odometry starts in the map: at its origin, unless the map is an old one.
+    ``map_from_odom`` (3,) is where odometry starts in the map: at its origin, unless the map is an old one. In an old
+    map a robot wakes up ``lost``: nobody knows where that is.
     """
 
-    def __init__(self, map_from_odom: np.ndarray | None = None, config: LocalizerConfig | None = None):
+    def __init__(
+        self, map_from_odom: np.ndarray | None = None, config: LocalizerConfig | None = None, lost: bool = False
+    ):
         self.config = config or LocalizerConfig()
         start = np.zeros(3) if map_from_odom is None else np.array(map_from_odom, float)
         self._belief = PoseBelief(start, np.diag([1e-6, 1e-6, 1e-6]))
         self._odom = np.zeros(3)  # odometry that the belief belongs to
-        self._rejected = 0
+        self._rejected = self.config.lost_after if lost else 0
         self.match: Match | None = None  # newest match, accepted or not
 
     @property
@@ -66,13 +69,15 @@ class Localizer:
         """Pose (3,) in the map of the base at ``odom`` (3,), after matching ``scan`` (if any) with ``grid``.
 
         The scan is matched at its own odometry, so a turning or late scan does no harm. Map the scan with
-        ``grid.integrate_scan(localizer.pose(scan.odom), scan)`` afterwards, unless ``lost``.
+        ``grid.integrate_scan(localizer.pose(scan.odom), scan)`` afterwards, unless ``lost``. A lost robot's scans are
+        not matched: near where it is not, one may fit by chance.
         """
         if scan is not None:
             motion = between(self._odom, scan.odom)
             if np.hypot(*motion[:2]) >= self.config.min_distance or abs(motion[2]) >= self.config.min_angle:
                 self._predict(motion, scan.odom)
-                self._correct(scan, grid)
+                if not self.lost:
+                    self._correct(scan, grid)
         return self.pose(odom)
 
     def move(self, before: np.ndarray, after: np.ndarray) -> None:

@@ -1,5 +1,6 @@
 """The SQLite file of a home: its schema, and opening it safely."""
 
+import secrets
 import sqlite3
 from pathlib import Path
 
@@ -10,7 +11,7 @@ READABLE = ("1", "2", "3")  # 1 had no scans, 2 no tours and reaches
 PER_NODE = 4  # most embeddings of one node; embedding.id = PER_NODE * node + region
 
 _TABLES = """
-CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT NOT NULL);  -- id: of this memory; mapped: whether to the end
 CREATE TABLE node(id INTEGER PRIMARY KEY, stamp REAL NOT NULL, x REAL NOT NULL, y REAL NOT NULL, theta REAL NOT NULL,
     covariance BLOB NOT NULL, superseded_by INTEGER, keyframe BLOB, scan BLOB,
     tour INTEGER NOT NULL DEFAULT 0, reach BLOB);
@@ -49,7 +50,8 @@ def connect(path, encoder_name, encoder_digest, dim):
         if fresh:
             # The page size of a file is fixed at its first write. A page holds seven 512-byte vectors.
             db.executescript("PRAGMA page_size=4096; PRAGMA journal_mode=WAL; BEGIN;" + _TABLES)
-            db.executemany("INSERT INTO meta VALUES (?, ?)", wanted.items())
+            made = wanted | {"id": secrets.token_hex(8), "mapped": "0"}
+            db.executemany("INSERT INTO meta VALUES (?, ?)", made.items())
             db.execute("COMMIT")
         else:
             _check(db, path, wanted)

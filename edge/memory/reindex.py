@@ -56,6 +56,8 @@ def _copy(db, path, embed):
     for table in ("node", "edge", "map"):
         columns = ", ".join(row[1] for row in db.execute(f"PRAGMA old.table_info({table})"))
         db.execute(f"INSERT INTO main.{table}({columns}) SELECT {columns} FROM old.{table}")
+    db.execute("DELETE FROM main.meta WHERE key = 'mapped'")
+    db.execute("INSERT INTO main.meta SELECT * FROM old.meta WHERE key = 'mapped'")
     withdrawn = db.execute(
         "UPDATE main.node SET superseded_by = id WHERE superseded_by IS NULL AND keyframe IS NULL"
     ).rowcount

@@ -92,6 +92,23 @@ class Vlpg:
         """Ids ``(N,)`` int64 of all nodes, superseded ones too."""
         return self._nodes.ids.copy()
 
+    @property
+    def id(self):
+        """Names this memory, and no other one of the same robot; "" in stores of older releases."""
+        return self._meta("id") or ""
+
+    @property
+    def mapped(self):
+        """Whether the home has been mapped to the end; of stores of older releases, whether there is a map."""
+        mapped = self._meta("mapped")
+        return self.load_map() is not None if mapped is None else mapped == "1"
+
+    def mark_mapped(self):
+        """Remember that the home has been mapped to the end."""
+        self._begin()
+        self._db.execute("INSERT OR REPLACE INTO meta VALUES ('mapped', '1')")
+        self.flush()
+
     def begin_tour(self):
         """From now on, views are of a new tour: what was seen before may no longer be so."""
         self._tour += 1
@@ -102,6 +119,10 @@ class Vlpg:
         True only if its regions make no difference; else let ``add`` decide.
         """
         return is_known(*self._candidate(np.asarray(pose, float), np.atleast_2d(vector)))
+
+    def break_off(self):
+        """How the robot got to where the next node is seen from is not known: it is linked as a session's first one."""
+        self._last = None
 
     def add(self, stamp, pose, covariance, vectors, bearings, keyframe=None, scan=None, reach=None):
         """Offers a view; the gate decides whether it becomes a node.
@@ -309,6 +330,10 @@ class Vlpg:
         self._table.drop(node)
         self._vectors.forget(node)
         self._nodes.drop(node)
+
+    def _meta(self, key):
+        row = self._db.execute("SELECT value FROM meta WHERE key=?", (key,)).fetchone()
+        return row and row[0]
 
     def _begin(self):
         if not self._db.in_transaction:

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 
 from edge.mapping.frontiers import Frontier, frontiers
-from edge.missions.mission import Mission, Story
-from edge.missions.motion import drive, length, route, turn
+from edge.missions.mission import Mission, Story, until
+from edge.missions.motion import drive, length, locate, route, turn
 from edge.pose import wrap
 
 
@@ -27,7 +27,7 @@ class MapHomeConfig:
 class HomeMapped:
     """How a tour ended."""
 
-    complete: bool  # False when time ran out
+    complete: bool  # False when time ran out, the robot is lost, or no picture came
     duration: float  # s
     distance: float  # m
     area: float  # m2 of free floor
@@ -50,11 +50,20 @@ class MapHome(Mission):
         robot, started, driven = self.robot, self.robot.stamp, self.robot.distance
         robot.coverage.forget()
         robot.memory.begin_tour()
-        yield from turn(robot, 2 * np.pi)
-        while (frontier := self.next_frontier()) is not None and robot.stamp - started < self.config.time_limit:
-            yield from self.visit(frontier)
+        complete = False
+        if (yield from locate(robot)):
+            complete = yield from until(lambda: robot.stamp - started > self.config.time_limit, self.tour())
         duration, distance = robot.stamp - started, robot.distance - driven
-        return HomeMapped(frontier is None, duration, distance, robot.grid.area, len(robot.memory))
+        return HomeMapped(bool(complete), duration, distance, robot.grid.area, len(robot.memory))
+
+    def tour(self) -> Story:
+        """Look around, then go from frontier to frontier; whether everything has been looked at."""
+        robot = self.robot
+        yield from turn(robot, 2 * np.pi)
+        while (frontier := self.next_frontier()) is not None:
+            yield from self.visit(frontier)
+        # Who is lost, or gets no pictures, finds no frontiers either.
+        return bool(robot.coverage.viewed.any()) and not robot.localizer.lost
 
     def next_frontier(self) -> Frontier | None:
         """The frontier that is soonest reached, or None when all has been seen that can be."""

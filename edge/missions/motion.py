@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from edge.mapping.frontiers import reachable
-from edge.missions.mission import Story
+from edge.missions.mission import Story, until
 from edge.observation import STOP, Twist
 from edge.planning.mpepc import Mpepc
 from edge.planning.standpoint import standpoint
@@ -21,10 +21,12 @@ class MotionConfig:
     turn_gain: float = 2.5  # 1/s
     turn_limit: float = 1.0  # rad/s; faster smears the picture and the scan
     turn_tolerance: float = np.radians(2.0)  # rad
+    turn_progress: float = 0.05  # rad; a turn that gains less in `patience` is given up: a wheel is blocked
     margin: float = 0.07  # m kept beyond the robot's radius where the way is wide enough
     replan_every: float = 1.0  # s; the map grows while the robot drives
     progress: float = 0.10  # m; less than this in `patience` means that the robot is stuck
     patience: float = 6.0  # s; a full turn at the end, where the way gets no shorter, takes 5 s
+    stand: float = 2.5  # s that a lost robot stands, for two looks for its place, before it turns
 
 
 CONFIG = MotionConfig()
@@ -33,7 +35,12 @@ CONFIG = MotionConfig()
 def turn(robot: Robot, angle: float, config: MotionConfig = CONFIG) -> Story:
     """Turn in place by ``angle`` [rad], which may exceed a full turn; positive is left."""
     left, last = angle, robot.pose[2]
+    least, moved = abs(angle), robot.stamp
     while abs(left) > config.turn_tolerance or abs(robot.twist[1]) > 0.1:
+        if abs(left) < least - config.turn_progress:
+            least, moved = abs(left), robot.stamp
+        elif robot.stamp - moved > config.patience:
+            return
         omega = np.clip(config.turn_gain * left, -config.turn_limit, config.turn_limit)
         yield Twist(0.0, float(omega))
         left -= float(wrap(robot.pose[2] - last))
@@ -43,6 +50,16 @@ def turn(robot: Robot, angle: float, config: MotionConfig = CONFIG) -> Story:
 def face(robot: Robot, heading: float) -> Story:
     """Turn in place, the short way, to ``heading`` [rad] in the map."""
     yield from turn(robot, float(wrap(heading - robot.pose[2])))
+
+
+def locate(robot: Robot, config: MotionConfig = CONFIG) -> Story:
+    """Let a lost robot find its place: it stands, then turns once around. Whether it knows where it is."""
+    lost = robot.stamp
+    while robot.localizer.lost and robot.stamp - lost < config.stand:
+        yield STOP
+    if robot.localizer.lost:
+        yield from until(lambda: not robot.localizer.lost, turn(robot, 2 * np.pi))
+    return not robot.localizer.lost
 
 
 def route(robot: Robot, goal, near: float = 0.4, config: MotionConfig = CONFIG) -> np.ndarray | None:
@@ -70,6 +87,10 @@ def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig
     path, planned = None, -np.inf
     nearest, moved = np.inf, robot.stamp
     while True:
+        if robot.localizer.lost:
+            if not (yield from locate(robot)):
+                return False
+            planned = -np.inf
         if robot.stamp - planned >= config.replan_every:
             path, planned = route(robot, goal, config=config), robot.stamp
             if path is None:

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 
 from edge.missions.mission import Mission, Story
+from edge.missions.motion import locate
 from edge.missions.sighting import Sighting
 from edge.observation import STOP, Observation, Twist
 from edge.perception.prompts import Target
@@ -13,7 +14,7 @@ from edge.planning.local_search import Replan
 from edge.planning.viewpoint import Viewpoint
 from edge.robot import Robot
 
-Status = Literal["found", "not found", "not in memory", "timeout"]
+Status = Literal["found", "not found", "not in memory", "timeout", "lost"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +54,8 @@ class Search(Mission):
 
     def story(self) -> Story:
         self._started, self._driven = self.robot.stamp, self.robot.distance
+        if not (yield from locate(self.robot)):
+            return self.ended("lost")
         return (yield from self.search())
 
     def step(self, observation: Observation) -> Twist:

@@ -1,5 +1,6 @@
 """The wiring, with a robot and missions that are as simple as can be."""
 
+import sqlite3
 import threading
 import time
 from types import SimpleNamespace
@@ -40,7 +41,11 @@ class FakeRobot:
         self.camera, self.grid = CameraModel(), OccupancyGrid()
         self.coverage = SimpleNamespace(viewed=np.zeros((0, 0), np.uint8))
         self.stamp, self.pose, self.distance = 0.0, np.zeros(3), 0.0
+        self.localizer = SimpleNamespace(lost=False)
         self.observations = []
+
+    def wake_in(self, grid):
+        self.grid, self.localizer.lost = grid, True
 
     def perceive(self, observation):
         self.observations.append(observation)
@@ -103,6 +108,7 @@ class Rig:
         self.robot = FakeRobot()
         self.node = Node(self.node_session, self.robot, missions, mapped, NodeConfig(name="r", silent=0.3), wait)
         self.stop, self.commands, self.time = threading.Event(), [], 0.0
+        self.camera, self.picture = CAMERA, (24, 32)  # what the base announces; rows and columns that it sends
         self._subscriber = self.session.declare_subscriber("r/cmd_vel", self._take)
         self._publishing = threading.Event()
         self._threads = [
@@ -124,14 +130,14 @@ class Rig:
         self.commands.append(twist_from_message(decode(messages.Twist, sample.payload.to_bytes())))
 
     def _publish(self):
-        rgb, depth = np.full((24, 32, 3), 100, np.uint8), np.ones((24, 32), np.float32)
         while not self.stop.wait(0.02):
             if not self._publishing.is_set():
                 continue
             self.time += 0.1
+            rgb, depth = np.full((*self.picture, 3), 100, np.uint8), np.ones(self.picture, np.float32)
             scan = LaserScan(self.time, np.full(36, 2.0, np.float32), -np.pi, np.pi / 18, 8.0, None)
             for topic, message in (
-                ("camera/camera_info", camera_to_message(self.time, CAMERA)),
+                ("camera/camera_info", camera_to_message(self.time, self.camera)),
                 ("camera/depth/image_raw", depth_to_message(self.time, depth)),
                 ("camera/color/image/compressed", color_to_message(self.time, rgb)),
                 ("scan", scan_to_message(scan, 0.1)),
@@ -311,22 +317,60 @@ def test_a_silent_base_is_told_to_stop_and_so_are_people(rig):
     rig.until(lambda: rig.commands[-1] == Twist(0.2, 0.1))
 
 
-def test_a_mission_that_breaks_stops_the_robot_and_keeps_the_map(rig, caplog):
-    rig = rig(missions(breaks=True))
-    rig.until(lambda: rig.status().state == "failed")
+def test_a_mission_that_breaks_stops_the_robot_and_keeps_the_map_and_the_next_may_do_better(rig, caplog):
+    def find(robot, request):
+        return Drive(robot, 3, found(robot), breaks=request.object == "zero")
+
+    rig = rig(missions(breaks=True, find=find))
+    rig.until(lambda: rig.status().state == "idle")
     rig.until(lambda: rig.commands and rig.commands[-1] == STOP)
-    assert "divided by zero" in rig.status().problem
+    assert "divided by zero" in rig.status().problem and not rig.status().mapped
     assert rig.robot.memory.load_map() is not None
     with pytest.raises(RequestError, match="divided by zero"):
-        rig.ask("find", requests.Find("cup"), requests.FindReply)
+        rig.ask("find", requests.Find("zero"), requests.FindReply)
+    assert rig.ask("find", requests.Find("cup"), requests.FindReply).status == "found"
+    assert rig.status().problem == ""
 
 
-def test_a_base_that_starts_anew_ends_the_mission(rig):
+def test_a_base_that_starts_anew_ends_the_mission_and_the_robot_seeks_its_place(rig):
     rig = rig(missions(map_steps=10**6))
     rig.until(lambda: rig.time > 3 and rig.status().stamp > 2)
     rig.time = 0.0
-    rig.until(lambda: rig.status().state == "failed")
-    assert "restart" in rig.status().problem
+    rig.until(lambda: rig.status().state == "idle")
+    assert "restarted" in rig.status().problem and rig.robot.localizer.lost
+    rig.until(lambda: rig.status().stamp < 2)
+
+
+@pytest.mark.parametrize(("complete", "outcome"), [(True, "mapped"), (False, "mapped in part: timeout")])
+def test_only_a_home_that_was_mapped_to_the_end_is_mapped_when_the_robot_wakes_up_again(rig, complete, outcome):
+    rig = rig(Missions(lambda robot: Drive(robot, 3, mapped(complete)), None))
+    rig.until(lambda: rig.status().state == "idle")
+    assert rig.status().outcome == outcome and rig.robot.memory.mapped == complete
+
+
+def test_pictures_of_an_unknown_camera_are_not_looked_at(rig):
+    rig = rig(missions(), mapped=True)
+    rig.until(lambda: any(seen.frame is not None for seen in rig.robot.observations))
+    rig.picture = (30, 40)
+    rig.until(lambda: "camera_info for pictures of 40 x 30" in rig.status().problem)
+    count = len(rig.robot.observations)
+    rig.until(lambda: len(rig.robot.observations) > count + 10)
+    assert all(seen.frame is None for seen in rig.robot.observations[count + 2 :])
+    rig.camera = CameraModel(width=40, height=30)
+    rig.until(lambda: rig.robot.observations[-1].frame is not None)
+    assert rig.robot.camera.width == 40 and rig.status().problem == ""
+
+
+def test_a_full_disk_is_told_and_survived(rig, monkeypatch, caplog):
+    rig = rig(missions(map_steps=10**6))
+    rig.until(lambda: rig.status().state == "mapping")
+
+    def full(data):
+        raise sqlite3.OperationalError("database or disk is full")
+
+    monkeypatch.setattr(rig.robot.memory, "save_map", full)
+    rig.ask("cancel", requests.Cancel(), requests.CancelReply)
+    assert "disk is full" in rig.status().problem and rig.status().state == "idle"
 
 
 def test_stopping_the_process_stops_the_robot_and_refuses_who_waits(rig):

@@ -63,6 +63,7 @@ def test_it_speaks_on_the_topics_of_a_ros_base(rig):
     kinds = {
         "odom": messages.Odometry,
         "imu": messages.Imu,
+        "bumper": messages.Bool,
         "scan": messages.LaserScan,
         "camera/camera_info": messages.CameraInfo,
         "battery_state": messages.BatteryState,
@@ -74,6 +75,7 @@ def test_it_speaks_on_the_topics_of_a_ros_base(rig):
     scan, imu = topics["scan"].read_latest(), topics["imu"].read_latest()
     assert len(scan.ranges) == 360 and scan.header.frame_id == "base_link" and scan.scan_time == pytest.approx(0.1)
     assert imu.linear_acceleration.z == 9.81 and imu.orientation_covariance[0] == -1
+    assert topics["bumper"].read_latest().data is False
     assert topics["camera/camera_info"].read_latest().width == 320
     assert 0.9 < topics["battery_state"].read_latest().percentage <= 1
     truth = odometry_from_message(topics["ground_truth/odom"].read_latest())[1]

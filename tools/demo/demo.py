@@ -177,7 +177,7 @@ class Demo:
                 self.recorder.notes.append("Mapping was broken off, so that there was time left to find things.")
                 self.robot.cancel()
             self.processes.watch(0.2)
-        if status.state == "failed":
+        if status.problem and not status.mapped and complete:
             raise RequestError(f"The robot stopped: {status.problem}.")
         mapping = self.recorder.mapped(status, complete and status.mapped, time.monotonic() - started)
         self.display.say(

@@ -65,7 +65,7 @@ def fake(sessions, base):
 
 def test_silence_is_no_observation(base):
     assert base.observe() is None and base.age == float("inf")
-    assert base.camera(CameraModel()) is None and base.battery() is None and base.problem == ""
+    assert base.camera(CameraModel()) is None and base.problem == ""
 
 
 def test_everything_of_one_tick_is_one_observation(base, fake):
@@ -176,9 +176,18 @@ def test_the_camera_is_the_announced_one(base, fake):
     assert camera.hfov == pytest.approx(1.0)
 
 
-def test_the_battery(base, fake):
-    fake.send("battery_state", messages.BatteryState(percentage=0.5), base._battery)
-    assert base.battery() == 0.5
+def test_a_touch_between_two_observations_is_not_missed(base, fake):
+    bumper = base._bumper
+    for pressed in (False, True, False):
+        fake.send("bumper", messages.Bool(pressed), bumper)
+    fake.odom(0.1)
+    assert base.observe().bumper
+    fake.odom(0.4)
+    assert not base.observe().bumper
+    fake.send("bumper", messages.Bool(True), bumper)
+    for stamp in (0.7, 1.0):  # for as long as it is pressed
+        fake.odom(stamp)
+        assert base.observe().bumper
 
 
 def test_commands_arrive(base, sessions):

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from edge.camera import CameraModel
 from edge.link import conversions as convert
 from edge.link import messages
 from edge.link.messages import MessageError, decode, encode
+from edge.mapping.occupancy import OccupancyGrid
 from edge.observation import LaserScan, Twist
 
 CAMERA = CameraModel()
@@ -42,10 +45,36 @@ def test_a_scan_keeps_its_ranges_and_marks_what_is_no_return():
     message.range_min = 0.05
     odom = np.array([1.0, 2.0, 3.0])
     back = convert.scan_from_message(message, odom)
-    np.testing.assert_array_equal(back.ranges, np.array([1.0, np.inf, np.inf, np.inf, np.inf, 7.5], np.float32))
+    np.testing.assert_array_equal(back.ranges[:6], np.array([1.0, np.inf, np.nan, np.inf, np.nan, 7.5], np.float32))
+    assert len(back.ranges) == 63 and np.isnan(back.ranges[6:]).all()  # of the rest of the turn it says nothing
     assert back.stamp == 3.25 and back.range_max == 8.0 and back.odom is odom
     assert back.angle_min == pytest.approx(-np.pi) and back.angle_increment == pytest.approx(0.1)
     assert message.angle_max == pytest.approx(-np.pi + 0.5)
+
+
+def test_what_a_lidar_does_not_look_at_is_not_mapped_as_free():
+    scan = LaserScan(0.0, np.full(271, 3.0), np.radians(-135), np.radians(1), 8.0, np.zeros(3))
+    message = convert.scan_to_message(scan, 0.1)
+    grid = OccupancyGrid()
+    grid.integrate_scan(np.zeros(3), convert.scan_from_message(wire(message), np.zeros(3)))
+    free, unknown = (cells[grid.frame.to_cell([[2.0, 0.0], [-2.0, 0.0]])] for cells in (grid.free, grid.unknown))
+    assert free.tolist() == [True, False] and unknown.tolist() == [False, True]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"ranges": []},
+        {"angle_increment": 0.0},
+        {"angle_increment": np.nan},
+        {"angle_min": np.nan},
+        {"range_max": np.inf},
+    ],
+)
+def test_a_scan_that_is_none_is_told(change):
+    scan = convert.scan_to_message(LaserScan(0.0, np.ones(4), 0.0, 0.1, 8.0, np.zeros(3)), 0.1)
+    with pytest.raises(MessageError, match="a scan has no ranges"):
+        convert.scan_from_message(replace(scan, **change), np.zeros(3))
 
 
 def test_depth_is_exact_to_half_a_millimetre_and_has_no_nan():

@@ -76,8 +76,21 @@ def test_a_bad_scan_is_rejected_and_enough_of_them_mean_lost(boxes_map, scan):
         pose = localizer.update(odom, nonsense, grid)
         np.testing.assert_allclose(pose, compose(start, odom), atol=1e-9)
     odom = np.array([0.48, 0.0, 0.0])
-    localizer.update(odom, scan(lidar, compose(start, odom), odom), grid)
-    assert not localizer.lost
+    good = scan(lidar, compose(start, odom), odom)
+    localizer.update(odom, good, grid)
+    assert localizer.lost
+    assert localizer.relocalize(good, grid) and not localizer.lost
+
+
+def test_in_an_old_map_it_is_lost_until_it_has_found_its_place(boxes_map, scan):
+    grid, _, lidar = boxes_map
+    truth, localizer = np.array([2.8, 1.6, 0.0]), Localizer(lost=True)
+    for i in range(5):
+        odom = np.array([0.06 * i, 0.0, 0.0])
+        seen = scan(lidar, compose(truth, odom), odom)
+        localizer.update(odom, seen, grid)
+        assert localizer.lost and localizer.match is None
+    assert localizer.relocalize(seen, grid) and near(localizer.pose(odom), compose(truth, odom))
 
 
 def test_a_match_far_from_what_odometry_allows_is_rejected(boxes_map, scan):

@@ -217,3 +217,18 @@ def test_where_it_cannot_drive_to_is_not_tried_again(mapped, monkeypatch):
     places = np.array([replan.pose[:2] for replan in mission.replans])
     apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))[np.triu_indices(len(places), 1)]
     assert len(places) > 1 and apart.min() > FindObjectConfig.given_up
+
+
+@apart
+def test_a_robot_that_wakes_up_in_a_known_home_finds_its_place_and_the_object(mapped):
+    mapped.robot.wake_in(mapped.robot.grid)
+    outcome = ask(mapped, "couch")
+    assert outcome.status == "found" and judge(mapped.world, "couch").in_view
+
+
+@apart
+def test_a_robot_that_does_not_find_its_place_says_so(mapped):
+    mapped.robot.wake_in(mapped.robot.grid)
+    mapped.robot.localizer.relocalize = lambda scan, grid: False
+    outcome = ask(mapped, "couch")
+    assert outcome.status == "lost" and outcome.claim is None and outcome.distance < 0.1

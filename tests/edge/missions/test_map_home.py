@@ -1,5 +1,6 @@
 """Mapping a small home with every noise on."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from edge.mapping.coverage import CameraCoverage
 from edge.mapping.occupancy import OccupancyGrid
-from edge.missions.map_home import MapHome
+from edge.missions.map_home import MapHome, MapHomeConfig
 from edge.observation import LaserScan
 from edge.pose import between, compose, wrap
 from edge.robot import RobotConfig
@@ -90,3 +91,18 @@ def toured_again(mapped):
     mission = MapHome(mapped.robot)
     run(mapped.world, mission)
     return mission.outcome
+
+
+def test_without_pictures_a_home_is_not_mapped_to_the_end():
+    world = make_world()
+    mission, observation = MapHome(make_robot(world)), world.step(None)
+    for _ in range(200):
+        observation = world.step(mission.step(replace(observation, frame=None)))
+    assert mission.done and not mission.outcome.complete
+
+
+def test_its_time_limit_ends_a_tour_in_the_middle_of_a_drive():
+    world = make_world()
+    mission = MapHome(make_robot(world), MapHomeConfig(time_limit=9.0))
+    run(world, mission)
+    assert not mission.outcome.complete and mission.outcome.duration == pytest.approx(9.0, abs=0.3)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from edge.missions.mission import Mission
-from edge.missions.motion import drive, length
+from edge.missions.motion import drive, length, turn
 from edge.pose import wrap
 from firmware_sim.pedestrian import Pedestrian
 from tests.edge.missions.conftest import make_robot, make_world
@@ -35,6 +35,20 @@ def test_a_way_that_leads_away_from_the_final_heading_is_driven_to_its_end(headi
     assert abs(wrap(robot.pose[2] - heading)) < 0.1
 
 
+class Turn(Mission):
+    def story(self):
+        yield from turn(self.robot, np.pi)
+        return "ended"
+
+
+def test_a_turn_that_does_not_turn_is_given_up():
+    world = make_world()
+    world.base.advance = lambda *given, **more: None  # its wheels are blocked
+    mission = Turn(make_robot(world))
+    run(world, mission)
+    assert mission.outcome == "ended" and abs(world.truth[2]) < 0.1
+
+
 @pytest.fixture(scope="module")
 def known():
     """The map of the two rooms."""
@@ -60,3 +74,25 @@ def test_it_waits_as_long_as_somebody_walks_about_in_its_way(known):
     mission = Drive(robot, np.array([5.5, 2.0]), None)
     run(world, mission)
     assert mission.outcome is True and world.contacts == 0 and robot.stamp > 8
+
+
+def test_carried_elsewhere_it_finds_its_place_and_the_way(known):
+    world = make_world(1)
+    robot = robot_in(world, known, Sightless())
+    robot.wake_in(robot.grid)
+    robot.localizer.move(np.zeros(3), np.array([3.0, 0.5, 2.0]))  # whatever it believed
+    mission = Drive(robot, np.array([5.5, 2.0]), None)
+    run(world, mission)
+    assert mission.outcome is True and world.contacts == 0
+    np.testing.assert_allclose(robot.pose[:2], world.truth[:2], atol=0.05)
+
+
+def test_where_it_cannot_find_its_place_it_does_not_drive(known):
+    world = make_world(1)
+    robot = robot_in(world, known, Sightless())
+    robot.wake_in(robot.grid)
+    robot.localizer.relocalize = lambda scan, grid: False
+    mission = Drive(robot, np.array([5.5, 2.0]), None)
+    start = world.truth[:2].copy()
+    run(world, mission)
+    assert mission.outcome is False and np.hypot(*(world.truth[:2] - start)) < 0.05
