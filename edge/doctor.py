@@ -7,6 +7,7 @@ import shutil
 import sqlite3
 import statistics
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -137,9 +138,11 @@ def store(path: Path, digest: str | None) -> Iterator[Finding]:
 
 
 def link(config, name: str, offload: bool) -> Iterator[Finding]:
-    """Is the base there, and a host if one is needed?"""
+    """Does the base speak, and is a host there if one is needed?"""
+    from edge.link import messages
     from edge.link.alive import Watch
     from edge.link.session import open_session
+    from edge.link.topic import Topic
 
     try:
         session = open_session(config)
@@ -147,9 +150,13 @@ def link(config, name: str, offload: bool) -> Iterator[Finding]:
         yield Finding("link", "no session", str(error))
         return
     with session:
-        base, host = Watch(session, f"{name}/alive/base"), Watch(session, "host/alive/*")
-        there = base.wait(bool, PATIENCE)
-        yield Finding("base", "alive" if there else "not heard", "" if there else "start the base, or its bridge")
+        heard = threading.Event()
+        odometry = Topic(session, f"{name}/odom", messages.Odometry, wake=heard.set)
+        host = Watch(session, "host/alive/*")
+        heard.wait(PATIENCE)
+        silent = odometry.age == float("inf")
+        found = f"no odometry on {name}/odom" if silent else f"odometry on {name}/odom"
+        yield Finding("base", found, "start the base, or its bridge" if silent else "")
         there = host.wait(bool, 0.0 if not offload else PATIENCE)
         remedy = "start vlpg host, or use --offload auto" if offload and not there else ""
         yield Finding("host", "alive" if there else "not heard", remedy)

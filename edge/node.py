@@ -93,10 +93,8 @@ class Node:
         self._hosts = Watch(session, "host/alive/*")
         self._alive = declare_alive(session, f"{self.config.name}/alive/edge")
 
-    def run(self, stop: threading.Event):
+    def run(self, stop: threading.Event, service: Service):
         """Works until ``stop`` is set, then stops the robot and saves the map."""
-        service = Service()
-        service.ready()
         try:
             while not stop.is_set():
                 service.alive()
@@ -154,6 +152,7 @@ class Node:
             self._blind = f"there is no camera_info for pictures of {cols} x {rows}, so they are not looked at"
             return False
         self.robot.camera, self._camera_known, self._blind = camera, True, ""
+        self.robot.memory.note_camera(camera.hfov)
         return True
 
     def _follow(self):
@@ -339,13 +338,14 @@ def _run(options):
     manifest = Manifest.load(resolve(options.model) if options.model else resolve())
     manifest.verify(text=options.offload != "host")
     images = Encoder(manifest, text=False, threads=options.threads)
-    stop = stop_event()
+    stop, service = stop_event(), Service()
+    service.ready()  # that nobody listens yet, to whom it is to connect, is no failure of its own
     give_back_large_blocks()
     cv2.setNumThreads(1)  # the other cores are the base's, and of who else lives on the board
     with (
         # The store first: that it is another encoder's is said whether or not anybody listens.
         Vlpg.open(options.memory, images.name, images.digest, images.dim) as memory,
-        open_session(link_config(options), stop) as session,
+        open_session(link_config(options), stop, service.alive) as session,
     ):
         tower, prompts = TextTower(manifest, options.threads), cache_file("prompts.db")
         encoder = OffloadedEncoder(session, images, options.offload, tower, prompts)
@@ -367,7 +367,7 @@ def _run(options):
 
         config = NodeConfig(name=options.name)
         node = Node(session, robot, Missions(MapHome, find), memory.mapped, config, options.wait)
-        node.run(stop)
+        node.run(stop, service)
 
 
 if __name__ == "__main__":

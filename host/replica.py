@@ -9,7 +9,9 @@ from edge.memory.vectors import Hits, Vectors
 class Replica:
     """Follows the graph of one robot, fetching only what is new."""
 
-    def __init__(self, dim):
+    def __init__(self, dim, memory):
+        """``memory``: the id of the memory that is copied."""
+        self.memory = memory
         self._vectors = Vectors(dim)
         self._dim = dim
         self._poses = {}  # node id -> (3,)

@@ -65,17 +65,16 @@ class HostService:
         return SearchReply(*(Array.of(array) for array in arrays), nodes=len(replica), fresh=fresh)
 
     def _follow(self, robot):
-        replica = self._replicas.get(robot) or Replica(self._manifest.dim)
+        replica = self._replicas.get(robot)
         try:
-            graph = self._fetch(robot, Graph(vectors_from=replica.next))
+            graph = self._graph(robot, replica.next if replica else 0)
+            if replica and graph.memory != replica.memory:  # it has mapped a home anew
+                graph, replica = self._graph(robot, 0), None
         except NoAnswer as error:
-            if robot not in self._replicas:
+            if replica is None:
                 raise RequestError(f"{robot} does not answer and the host has no copy of it", "robot") from error
             return replica, False
-        self._check(robot, graph)
-        if self._has_begun_anew(replica, graph):
-            replica = Replica(self._manifest.dim)
-            graph = self._fetch(robot, Graph(vectors_from=0))
+        replica = replica or Replica(self._manifest.dim, graph.memory)
         try:
             replica.update(graph)
         except ValueError as error:
@@ -83,13 +82,11 @@ class HostService:
         self._replicas[robot] = replica
         return replica, True
 
-    def _check(self, robot, graph: GraphReply):
+    def _graph(self, robot, first) -> GraphReply:
+        """The robot's graph, with the vectors of nodes from ``first`` on."""
+        graph = self._fetch(robot, Graph(vectors_from=first))
         if graph.digest != self._manifest.digest:
             raise RequestError(f"{robot} remembers with the encoder {graph.encoder}, the host has another", "robot")
         if graph.vectors is None:
             raise RequestError(f"{robot} sent no vectors; it runs another version", "robot")
-
-    def _has_begun_anew(self, replica, graph):
-        # Ids only ever grow; a robot whose newest node is older than the copy's has a new memory.
-        ids = graph.ids.numpy()
-        return len(replica) > 0 and (len(ids) == 0 or ids.max() < replica.next - 1)
+        return graph

@@ -103,7 +103,7 @@ def host(context: typer.Context) -> None:
 @app.command(context_settings=_PASSED_ON, add_help_option=False)
 def doctor(context: typer.Context) -> None:
     """Look whether this machine can run the robot, and say what to do if not (vlpg doctor --help)."""
-    _become("edge.doctor", context.args)
+    _join("edge.doctor", context.args, "--connect")
 
 
 @app.command(context_settings=_PASSED_ON, add_help_option=False)

@@ -20,8 +20,8 @@ def reindex_store(store: Path, model: str | None) -> tuple[str, Reindexed]:
     manifest.verify()
     encoder = Encoder(manifest, text=False)
 
-    def embed(jpeg: bytes):
+    def embed(jpeg: bytes, hfov: float):
         bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
-        return to_remember(look_closely(encoder, cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB)))
+        return to_remember(look_closely(encoder, cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), hfov=hfov))
 
     return encoder.name, reindex(store, encoder.name, encoder.digest, encoder.dim, embed)

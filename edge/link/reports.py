@@ -48,6 +48,7 @@ def graph_reply(memory, encoder, vectors_from):
         Array.of(np.column_stack([edges.i, edges.j])[kept]),
         encoder.name,
         encoder.digest,
+        memory.id,
         vectors,
     )
 

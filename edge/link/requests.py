@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Meta
 
 Text = Annotated[str, Meta(min_length=1, max_length=200, pattern=r"\S")]
+Key = Annotated[str, Meta(max_length=200, pattern=r"^[^\s*$?#/]+(/[^\s*$?#/]+)*$")]  # of zenoh, without wildcards
 Count = Annotated[int, Meta(ge=1, le=1000)]
 Position = tuple[float, float]  # x, y [m], map frame
 Pose = tuple[float, float, float]  # x, y [m], theta [rad], map frame
@@ -177,6 +178,7 @@ class GraphReply(Body):
     edges: Array  # (E, 2) int64 ids
     encoder: str
     digest: str
+    memory: str  # names the memory; another one's ids mean other nodes
     vectors: Vectors | None = None
 
 
@@ -214,7 +216,7 @@ class Search(Body):
     """Where has this robot seen that? Answered from the host's copy of its memory, even when the robot sleeps."""
 
     object: Text
-    robot: Text = "robot1"
+    robot: Key = "robot1"
     k: Count = 50
 
 

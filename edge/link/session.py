@@ -83,14 +83,15 @@ def link_config(arguments: argparse.Namespace):
     )
 
 
-def open_session(link: LinkConfig, stop=None):
+def open_session(link: LinkConfig, stop=None, waiting=lambda: None):
     """A ``zenoh.Session``; close it, or use it as a context manager.
 
-    With ``stop``, an Event, a client waits for the other side to come up, until the event is set.
+    With ``stop``, an Event, a client waits for the other side to come up, until the event is set; meanwhile it calls
+    ``waiting`` now and then.
 
     Raises LinkError when an endpoint is malformed or busy, or a client finds no one to connect to.
     """
-    config, waiting = link.to_zenoh(), False
+    config, told = link.to_zenoh(), False
     while True:
         try:
             return zenoh.open(config)
@@ -98,9 +99,10 @@ def open_session(link: LinkConfig, stop=None):
             alone = "Unable to connect" in str(error)
             if not alone or stop is None or stop.is_set():
                 raise LinkError(_explain(link, str(error))) from error
-        if not waiting:
+        if not told:
             log.info("waiting for somebody to listen at %s", " ".join(link.connect))
-            waiting = True
+            told = True
+        waiting()
         stop.wait(RETRY)
 
 

@@ -31,8 +31,8 @@ class Topic:
 
     def __init__(self, session, key, kind, keep=1, wake=None):
         """``kind``: message type. ``keep``: how many samples. ``wake``: called (fast!) when one arrives."""
-        self.key, self._kind, self._wake = key, kind, wake
-        self._samples = deque(maxlen=keep)  # (arrival [s, monotonic], payload); append and popleft are atomic
+        self._kind, self._wake = kind, wake
+        self._samples = deque(maxlen=keep)  # payloads; append and popleft are atomic
         self._arrival = -float("inf")
         self._decoded = (None, None)  # the payload last read, and its message
         # Called in zenoh's receiving thread: a queue and a thread for each topic would grow when Python is slow.
@@ -41,7 +41,7 @@ class Topic:
 
     def _take(self, sample):
         self._arrival = time.monotonic()
-        self._samples.append((self._arrival, sample.payload))
+        self._samples.append(sample.payload)
         if self._wake is not None:
             self._wake()
 
@@ -50,16 +50,11 @@ class Topic:
         """Seconds since the newest sample arrived; inf when none has."""
         return time.monotonic() - self._arrival
 
-    def read_latest(self, max_age=float("inf")):
-        """The newest message, or None when there is none that arrived in the last ``max_age`` seconds.
-
-        Raises MessageError when what arrived is not of the topic's type.
-        """
+    def read_latest(self):
+        """The newest message, or None before the first. Raises MessageError when it is not of the topic's type."""
         try:
-            arrival, payload = self._samples[-1]
+            payload = self._samples[-1]
         except IndexError:
-            return None
-        if time.monotonic() - arrival > max_age:
             return None
         if self._decoded[0] is not payload:
             self._decoded = (payload, decode(self._kind, payload.to_bytes()))
@@ -69,5 +64,5 @@ class Topic:
         """The payloads (bytes) that arrived since the last call, oldest first, at most ``keep``."""
         payloads = []
         while self._samples:
-            payloads.append(self._samples.popleft()[1].to_bytes())
+            payloads.append(self._samples.popleft().to_bytes())
         return payloads

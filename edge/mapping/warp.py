@@ -8,6 +8,7 @@ from edge.pose import between, compose
 
 LATTICE = 8  # cells between the points whose displacement is computed; it is smooth, the rest is interpolated
 WIDTH = 1.0  # m over which the corrections of neighbouring nodes blend
+CHUNK = 64  # points carried at once: all of a long path times all nodes would take hundreds of megabytes
 
 
 def sources(frame: GridFrame, before: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -17,10 +18,10 @@ def sources(frame: GridFrame, before: np.ndarray, after: np.ndarray) -> tuple[np
     agree, weighted by a Gaussian of their distance.
     """
     rows, cols = (np.arange(0, size + LATTICE, LATTICE) for size in frame.shape)
-    shift = np.empty((len(rows), len(cols), 2), np.float32)
-    for line, row in zip(shift, rows):  # a line at a time: all points times all nodes would take tens of megabytes
-        points = frame.to_world(np.full_like(cols, row), cols)
-        line[:] = (carried(points, after, before) - points) / frame.resolution
+    lattice = np.meshgrid(rows, cols, indexing="ij")
+    points = frame.to_world(*(index.ravel() for index in lattice))
+    shift = ((carried(points, after, before) - points) / frame.resolution).astype(np.float32)
+    shift = shift.reshape(len(rows), len(cols), 2)
     height, width = frame.shape
     col, row = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
     moved = cv2.remap(shift, col / LATTICE, row / LATTICE, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -29,6 +30,11 @@ def sources(frame: GridFrame, before: np.ndarray, after: np.ndarray) -> tuple[np
 
 def carried(points: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
     """Where ``points`` (P, 2) go when the nodes around them move from ``before`` to ``after`` (N, 3)."""
+    there = [_carried(points[start : start + CHUNK], before, after) for start in range(0, len(points), CHUNK)]
+    return np.concatenate([np.empty((0, 2)), *there])
+
+
+def _carried(points, before, after):
     poses = np.column_stack([points, np.zeros(len(points))])[:, None]
     moved = compose(after, between(before, poses))[..., :2]  # (P, N, 2): taken along by each node
     distance = np.hypot(*np.moveaxis(points[:, None] - before[:, :2], -1, 0))

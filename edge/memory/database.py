@@ -50,13 +50,13 @@ def connect(path, encoder_name, encoder_digest, dim):
         if fresh:
             # The page size of a file is fixed at its first write. A page holds seven 512-byte vectors.
             db.executescript("PRAGMA page_size=4096; PRAGMA journal_mode=WAL; BEGIN;" + _TABLES)
-            made = wanted | {"id": secrets.token_hex(8), "mapped": "0"}
-            db.executemany("INSERT INTO meta VALUES (?, ?)", made.items())
+            db.executemany("INSERT INTO meta VALUES (?, ?)", (wanted | {"mapped": "0"}).items())
             db.execute("COMMIT")
         else:
             _check(db, path, wanted)
             _upgrade(db)
             db.execute("PRAGMA journal_mode=WAL")
+        db.execute("INSERT OR IGNORE INTO meta VALUES ('id', ?)", (secrets.token_hex(8),))
         # NORMAL: a power cut may lose the last commits, never the file. A small cache and a small log, because both
         # count against the budget of 1.5 (RAM) and 2.5 (disk) bytes per embedding byte.
         db.executescript("PRAGMA synchronous=NORMAL; PRAGMA cache_size=-256; PRAGMA wal_autocheckpoint=64;")

@@ -5,8 +5,13 @@ import sqlite3
 from pathlib import Path
 from typing import NamedTuple
 
+from edge.camera import CameraModel
 from edge.memory.database import PER_NODE, READABLE, StoreError, connect
 from edge.memory.vectors import quantize
+
+# Writes all of the log into the file and fails where anybody else has it open: what they have not written yet would be
+# lost, or their log be read into the new file.
+_ALONE = "PRAGMA old.journal_mode=DELETE"
 
 
 class Reindexed(NamedTuple):
@@ -19,10 +24,10 @@ class Reindexed(NamedTuple):
 def reindex(path, encoder_name, encoder_digest, dim, embed):
     """Rewrites the store at ``path`` for another encoder; the old file stays beside it as ``<path>.before-reindex``.
 
-    ``embed(jpeg) -> (vectors (R, dim), bearings (R,))`` looks at one kept picture. The store is replaced at the very
-    end and at once, so whatever goes wrong before, it is as it was.
+    ``embed(jpeg, hfov) -> (vectors (R, dim), bearings (R,))`` looks at one kept picture, of a camera with ``hfov``
+    [rad]. The store is replaced at the very end and at once, so whatever goes wrong before, it is as it was.
 
-    Raises StoreError when ``path`` is not a readable store, or no node of it kept its picture.
+    Raises StoreError when ``path`` is not a readable store, a robot uses it, or no node of it kept its picture.
     """
     path = Path(path)
     if not path.is_file():
@@ -34,6 +39,8 @@ def reindex(path, encoder_name, encoder_digest, dim, embed):
     try:
         result = _copy(db, path, embed)
     except sqlite3.Error as error:
+        if "locked" in str(error):
+            raise StoreError(f"{path} is in use; stop the robot first") from error
         raise StoreError(f"{path} is not a readable VLPG store ({error}); it was left as it is") from error
     finally:
         db.close()
@@ -46,7 +53,9 @@ def reindex(path, encoder_name, encoder_digest, dim, embed):
 
 def _copy(db, path, embed):
     db.execute("ATTACH DATABASE ? AS old", (str(path),))
-    schema = dict(db.execute("SELECT key, value FROM old.meta")).get("schema")
+    db.execute(_ALONE)
+    meta = dict(db.execute("SELECT key, value FROM old.meta"))
+    schema, hfov = meta.get("schema"), float(meta.get("hfov", CameraModel.hfov))
     if schema not in READABLE:
         raise StoreError(f"{path} has schema {schema}, and this version reads {' and '.join(READABLE)}")
     answering = "FROM old.node WHERE superseded_by IS NULL AND keyframe IS NOT NULL"
@@ -57,13 +66,13 @@ def _copy(db, path, embed):
         columns = ", ".join(row[1] for row in db.execute(f"PRAGMA old.table_info({table})"))
         db.execute(f"INSERT INTO main.{table}({columns}) SELECT {columns} FROM old.{table}")
     db.execute("DELETE FROM main.meta WHERE key = 'mapped'")
-    db.execute("INSERT INTO main.meta SELECT * FROM old.meta WHERE key = 'mapped'")
+    db.execute("INSERT INTO main.meta SELECT * FROM old.meta WHERE key IN ('mapped', 'hfov')")
     withdrawn = db.execute(
         "UPDATE main.node SET superseded_by = id WHERE superseded_by IS NULL AND keyframe IS NULL"
     ).rowcount
     embedded = 0
     for node, jpeg in db.execute(f"SELECT id, keyframe {answering} ORDER BY id"):
-        vectors, bearings = embed(jpeg)
+        vectors, bearings = embed(jpeg, hfov)
         matrix, scales = quantize(vectors)
         db.executemany(
             "INSERT INTO main.embedding VALUES (?, ?, ?, ?)",
@@ -74,5 +83,6 @@ def _copy(db, path, embed):
         )
         embedded += 1
     db.execute("COMMIT")
+    db.execute(_ALONE)
     db.execute("DETACH DATABASE old")
     return Reindexed(embedded, withdrawn)

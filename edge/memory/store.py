@@ -94,8 +94,8 @@ class Vlpg:
 
     @property
     def id(self):
-        """Names this memory, and no other one of the same robot; "" in stores of older releases."""
-        return self._meta("id") or ""
+        """Names this memory, and no other one of the same robot."""
+        return self._meta("id")
 
     @property
     def mapped(self):
@@ -105,9 +105,11 @@ class Vlpg:
 
     def mark_mapped(self):
         """Remember that the home has been mapped to the end."""
-        self._begin()
-        self._db.execute("INSERT OR REPLACE INTO meta VALUES ('mapped', '1')")
-        self.flush()
+        self._note("mapped", "1")
+
+    def note_camera(self, hfov):
+        """Remember what field of view [rad] the pictures have, for ``vlpg reindex``."""
+        self._note("hfov", repr(float(hfov)))
 
     def begin_tour(self):
         """From now on, views are of a new tour: what was seen before may no longer be so."""
@@ -334,6 +336,11 @@ class Vlpg:
     def _meta(self, key):
         row = self._db.execute("SELECT value FROM meta WHERE key=?", (key,)).fetchone()
         return row and row[0]
+
+    def _note(self, key, value):
+        self._begin()
+        self._db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, value))
+        self.flush()
 
     def _begin(self):
         if not self._db.in_transaction:

@@ -3,12 +3,14 @@
 import sqlite3
 import subprocess
 import sys
+import threading
 
 import pytest
 
 from edge import doctor
-from edge.link.alive import declare_alive
+from edge.link import messages
 from edge.link.session import LinkConfig, open_session
+from edge.link.topic import publisher
 from edge.memory.store import Vlpg
 from models.manifest import Manifest, resolve
 
@@ -77,11 +79,21 @@ def test_who_is_alive_on_the_link_and_who_is_not(endpoint, monkeypatch):
     (nobody,) = doctor.link(LinkConfig((endpoint,), mode="client", multicast_scouting=False), "r", False)
     assert "nobody answers" in nobody.remedy
     with open_session(LinkConfig(listen=(endpoint,), multicast_scouting=False)) as session:
-        token = declare_alive(session, "r/alive/base")
+        odometry, stop = publisher(session, "r/odom"), threading.Event()
+
+        def drive():
+            while not stop.wait(0.02):
+                odometry.put(messages.Odometry())
+
+        base = threading.Thread(target=drive)
+        base.start()
         found = list(doctor.link(LinkConfig((endpoint,), mode="client", multicast_scouting=False), "r", True))
-        assert [(f.subject, f.found) for f in found] == [("base", "alive"), ("host", "not heard")]
+        stop.set()
+        base.join(5)
+        assert [(f.subject, f.found) for f in found] == [("base", "odometry on r/odom"), ("host", "not heard")]
         assert not found[0].remedy and "start vlpg host" in found[1].remedy
-        token.undeclare()
+        silent, _ = doctor.link(LinkConfig((endpoint,), mode="client", multicast_scouting=False), "r", False)
+        assert "no odometry" in silent.found and "start the base" in silent.remedy
 
 
 def test_the_digest_is_the_models():

@@ -28,6 +28,7 @@ from edge.memory.store import Vlpg
 from edge.node import Missions, Node, NodeConfig, main
 from edge.observation import STOP, LaserScan, Twist
 from edge.planning.local_search import Replan
+from edge.service import Service
 
 CAMERA = CameraModel(width=32, height=24)
 
@@ -112,7 +113,7 @@ class Rig:
         self._subscriber = self.session.declare_subscriber("r/cmd_vel", self._take)
         self._publishing = threading.Event()
         self._threads = [
-            threading.Thread(target=self.node.run, args=(self.stop,)),
+            threading.Thread(target=self.node.run, args=(self.stop, Service())),
             threading.Thread(target=self._publish),
         ]
         self._publishing.set()

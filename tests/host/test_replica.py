@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from msgspec import structs
 
 from edge.link.reports import graph_reply
 from edge.link.requests import Array, Vectors, pack, unpack
@@ -32,7 +33,7 @@ def follow(replica, memory):
 
 
 def test_the_copy_answers_as_the_robot_does(memory):
-    rng, replica = np.random.default_rng(0), Replica(DIM)
+    rng, replica = np.random.default_rng(0), Replica(DIM, memory.id)
     for round_ in range(5):
         see(memory, rng, 20)
         if round_:
@@ -49,7 +50,7 @@ def test_the_copy_answers_as_the_robot_does(memory):
 
 
 def test_only_what_is_new_travels(memory):
-    rng, replica = np.random.default_rng(1), Replica(DIM)
+    rng, replica = np.random.default_rng(1), Replica(DIM, memory.id)
     see(memory, rng, 10)
     assert len(follow(replica, memory).vectors.owners.numpy()) == 20
     see(memory, rng, 1)
@@ -58,7 +59,7 @@ def test_only_what_is_new_travels(memory):
 
 
 def test_an_empty_memory(memory):
-    replica = Replica(DIM)
+    replica = Replica(DIM, memory.id)
     follow(replica, memory)
     hits, poses = replica.search(np.ones(DIM), 5)
     assert len(hits.ids) == 0 and poses.shape == (0, 3)
@@ -68,8 +69,8 @@ def test_arrays_that_do_not_fit_are_refused(memory):
     see(memory, np.random.default_rng(2), 3)
     reply = graph_reply(memory, Encoder, 0)
     with pytest.raises(ValueError, match="vectors"):
-        Replica(DIM + 1).update(reply)
+        Replica(DIM + 1, memory.id).update(reply)
     short = Vectors(reply.vectors.owners, reply.vectors.data, Array.of(np.ones(1, np.float32)), reply.vectors.bearings)
-    broken = type(reply)(reply.ids, reply.poses, reply.edges, reply.encoder, reply.digest, short)
+    broken = structs.replace(reply, vectors=short)
     with pytest.raises(ValueError, match="scales"):
-        Replica(DIM).update(broken)
+        Replica(DIM, memory.id).update(broken)

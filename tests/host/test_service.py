@@ -5,7 +5,7 @@ import pytest
 
 from edge.link.exchange import NoAnswer
 from edge.link.reports import graph_reply
-from edge.link.requests import Array, EmbedText, Optimize, RequestError, Search
+from edge.link.requests import Array, EmbedText, Optimize, RequestError, Search, pack, unpack
 from edge.memory.store import Vlpg
 from host.service import HostService
 
@@ -76,12 +76,22 @@ def test_only_new_nodes_are_fetched(service, robot):
     assert robot.asked == [0, 3]
 
 
-def test_a_robot_with_a_new_memory_is_copied_anew(service, robot):
+@pytest.mark.parametrize("nodes", [1, 5])  # fewer than the old one, and more
+def test_a_robot_with_a_new_memory_is_copied_anew(service, robot, nodes):
     service.search(Search("sofa"))
     robot.memory = Vlpg.open(":memory:", "tower", "abc", DIM)
-    robot.memory.add(0.0, (7, 7, 0), np.eye(3), np.eye(DIM)[[2]], [0.0])
-    reply = service.search(Search("bed", k=5))
-    assert reply.nodes == 1 and reply.poses.numpy()[0].tolist() == [7, 7, 0]
+    for n in range(nodes):
+        robot.memory.add(n, (7 + n, 7, 0), np.eye(3), np.eye(DIM)[[2 + n]], [0.0])
+    reply = service.search(Search("bed", k=1))
+    assert reply.nodes == nodes and reply.poses.numpy()[0].tolist() == [7, 7, 0]
+
+
+@pytest.mark.parametrize("name", ["*", "robot*", "a/**/b", "robot 1", "/robot", "a//b", "robot$1"])
+def test_a_robots_name_has_no_wildcards(name):
+    with pytest.raises(RequestError) as caught:
+        unpack(Search, pack(Search("cup", robot=name)))
+    assert caught.value.field == "robot"
+    assert unpack(Search, pack(Search("cup", robot="fleet/robot-1"))).robot == "fleet/robot-1"
 
 
 def test_what_cannot_be_searched_is_explained(service, robot):

@@ -47,15 +47,6 @@ def test_only_the_newest_is_kept(stream):
     assert topic.age < 5
 
 
-def test_what_is_too_old_does_not_count(stream):
-    topic, source, wait = stream
-    source.put(stamped(1))
-    wait(1)
-    time.sleep(0.05)
-    assert topic.read_latest(max_age=0.02) is None
-    assert topic.read_latest(max_age=60) is not None
-
-
 def test_another_type_on_the_key_is_an_error_for_the_reader_only(stream, sessions):
     topic, _, wait = stream
     sessions[1].put("r/imu", b"not an imu")

@@ -6,7 +6,7 @@ from edge.memory.reindex import Reindexed, reindex
 from edge.memory.store import Vlpg
 
 
-def embed(jpeg):
+def embed(jpeg, hfov):
     """The new encoder: the picture's first byte says along which of 8 axes it lies."""
     return np.eye(8)[[jpeg[0], jpeg[0]]], [0.0, 0.5]
 
@@ -37,7 +37,7 @@ def test_the_graph_stays_and_the_pictures_are_looked_at_again(path):
 
 
 def test_whatever_goes_wrong_the_store_is_as_it_was(path):
-    def breaks(jpeg):
+    def breaks(jpeg, hfov):
         raise ValueError("the picture is damaged")
 
     with pytest.raises(ValueError, match="damaged"):
@@ -63,3 +63,25 @@ def test_what_is_no_store_is_left_alone(tmp_path):
     assert path.read_bytes() == b"dear diary" * 500
     with pytest.raises(StoreError, match="no store"):
         reindex(tmp_path / "nowhere", "new", "bb", 8, embed)
+
+
+def test_a_store_that_a_robot_uses_is_left_alone(path):
+    with Vlpg.open(path, "old", "aa", 4) as used:
+        used.add(7.0, (7, 0, 0), np.eye(3), np.eye(4)[[0]], [0.0], keyframe=b"\x03")
+        with pytest.raises(StoreError, match="in use; stop the robot first"):
+            reindex(path, "new", "bb", 8, embed)
+        used.save_map(b"newer")
+    assert sorted(file.name for file in path.parent.iterdir()) == ["home.vlpg"]
+    assert reindex(path, "new", "bb", 8, embed).embedded == 3
+
+
+@pytest.mark.parametrize("mapped", [True, False])
+def test_what_is_known_of_the_home_and_the_camera_stays(path, mapped):
+    with Vlpg.open(path, "old", "aa", 4) as store:
+        store.note_camera(1.2)
+        if mapped:
+            store.mark_mapped()
+    angles = []
+    reindex(path, "new", "bb", 8, lambda jpeg, hfov: angles.append(hfov) or embed(jpeg, hfov))
+    with Vlpg.open(path, "new", "bb", 8) as store:
+        assert store.mapped == mapped and angles == [1.2, 1.2]

@@ -31,11 +31,12 @@ class MadeUpRobot:
         self.house = house
         self.asked, self.cancelled, self.answer = [], 0, "found"
         self.states = ["mapping", "mapping", "mapping", "idle"]
+        self.problem = ""
 
     def status(self):
         state = self.states.pop(0) if len(self.states) > 1 else self.states[0]
-        home = {"viewed": 40.0 if state == "idle" else 10.0, "area": 40.0, "nodes": 30, "mapped": True}
-        return SimpleNamespace(state=state, **home, distance=20.0, stamp=80.0, problem="it fell over")
+        home = {"viewed": 40.0 if state == "idle" else 10.0, "area": 40.0, "nodes": 30, "mapped": not self.problem}
+        return SimpleNamespace(state=state, **home, distance=20.0, stamp=80.0, problem=self.problem)
 
     def cancel(self):
         self.cancelled += 1
@@ -60,7 +61,7 @@ class MadeUpRobot:
 
     def graph(self):
         poses = np.zeros((2, 3))
-        return GraphReply(Array.of(np.arange(2)), Array.of(poses), Array.of(np.zeros((0, 2), int)), "", "")
+        return GraphReply(Array.of(np.arange(2)), Array.of(poses), Array.of(np.zeros((0, 2), int)), "", "", "")
 
 
 class MadeUpTruth:
@@ -114,7 +115,7 @@ def test_mapping_that_takes_too_long_is_broken_off(demo, house, tmp_path):
 
 
 def test_a_robot_that_fails_while_mapping_ends_the_demo(demo):
-    demo.robot.states = ["mapping", "failed"]
+    demo.robot.problem = "it fell over"
     with pytest.raises(RequestError, match="it fell over"):
         demo.map_home()
 
