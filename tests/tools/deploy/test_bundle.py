@@ -50,13 +50,13 @@ def test_a_host_takes_the_text_tower_off_it(config, cache, tmp_path, model):
     found = names(make(BundleConfig(Target(), model, offload=True), tmp_path, cache))
     assert not any("tokenizer" in name.rpartition("/")[2] or "text.onnx" in name for name in found)
     top = unpack(tmp_path / "vlpg-edge-0.1.0-aarch64-cp311-offload.tar.gz", tmp_path / "unpacked")
-    assert "--offload host" in (top / "robot.env").read_text()
+    assert "--offload host" in (top / "release.env").read_text()
     assert "MemoryMax=160M" in (top / "vlpg-robot.service").read_text()
 
 
 def test_no_placeholder_is_left(config, cache, tmp_path):
     top = unpack(make(config, tmp_path, cache), tmp_path / "unpacked")
-    for name in ("install.sh", "vlpg-robot.service", "robot.env"):
+    for name in ("install.sh", "vlpg-robot.service", "robot.env", "release.env"):
         assert "@" not in (top / name).read_text().replace("@system-service", "").replace("$@", "")
 
 
@@ -77,12 +77,25 @@ def test_it_installs_twice_as_once_then_updates_and_goes_back(config, cache, tmp
     about = json.loads((base / "current" / "about.json").read_text())
     assert about["version"] == "0.2.0" and about["digest"] == config.model.digest
     assert (root / "etc" / "vlpg" / "robot.env").read_text() == "VLPG_OPTIONS=mine\n"
+    wanted = root / "etc" / "systemd" / "system" / "multi-user.target.wants" / "vlpg-robot.service"
+    assert wanted.is_file() and (root / "etc" / "sysusers.d" / "vlpg.conf").read_text().startswith("u vlpg ")
     assert len(list((base / "releases").iterdir())) == 2
 
     assert install(new, root, "--rollback").returncode == 0
     assert json.loads((base / "current" / "about.json").read_text())["version"] == "0.1.0"
     assert install(new, root, "--rollback").returncode == 0
     assert json.loads((base / "current" / "about.json").read_text())["version"] == "0.2.0"
+
+
+def test_what_a_release_was_made_for_goes_and_comes_with_it(config, cache, tmp_path, model):
+    root = tmp_path / "root"
+    for number, offload in enumerate((False, True)):
+        made = make(BundleConfig(Target(), model, offload), tmp_path / f"a{number}", cache)
+        top = unpack(made, tmp_path / f"b{number}")
+        assert install(top, root).returncode == 0
+    options = root / "opt" / "vlpg" / "current" / "release.env"
+    assert "--offload host" in options.read_text()
+    assert install(top, root, "--rollback").returncode == 0 and "--offload auto" in options.read_text()
 
 
 def test_a_third_version_replaces_the_first(config, cache, tmp_path, monkeypatch):

@@ -3,7 +3,7 @@
 #
 #   install.sh               install and start; the version before is kept
 #   install.sh --rollback    go back to the version before
-#   install.sh --root DIR    install below DIR, as into a mounted card: no user is made and nothing is started
+#   install.sh --root DIR    install below DIR, as into a mounted card, whose system makes the user when it boots
 set -eu
 here=$(CDPATH= cd -- "$(dirname -- "$0")" && pwd)
 root= rollback=
@@ -23,7 +23,6 @@ base=$root$home
 restart() {
     [ -z "$root" ] && [ -d /run/systemd/system ] || return 0
     systemctl daemon-reload
-    systemctl enable --quiet vlpg-robot.service
     systemctl restart vlpg-robot.service || fail "the robot does not start; see: journalctl -u vlpg-robot"
 }
 
@@ -55,12 +54,12 @@ if [ ! -e "$folder/complete" ]; then
     for wheel in "$here"/wheels/*.whl; do
         "$python" -m zipfile -e "$wheel" "$folder/site"
     done
-    cp -R "$here/app" "$here/about.json" "$folder/"
+    cp -R "$here/app" "$here/about.json" "$here/release.env" "$folder/"
     "$python" -m compileall -q -j 0 "$folder/site" "$folder/app" >/dev/null || true  # a package may carry files for other Pythons
     touch "$folder/complete"
 fi
 
-mkdir -p "$base/bin" "$root/etc/vlpg" "$root/etc/systemd/system"
+mkdir -p "$base/bin" "$root/etc/vlpg" "$root/etc/systemd/system/multi-user.target.wants" "$root/etc/sysusers.d"
 for part in node:vlpg-robot doctor:vlpg-doctor bench:vlpg-bench; do
     cat > "$base/bin/${part#*:}" <<END
 #!/bin/sh
@@ -73,6 +72,8 @@ END
 done
 [ -e "$root/etc/vlpg/robot.env" ] || cp "$here/robot.env" "$root/etc/vlpg/robot.env"
 cp "$here/vlpg-robot.service" "$root/etc/systemd/system/vlpg-robot.service"
+ln -sfn ../vlpg-robot.service "$root/etc/systemd/system/multi-user.target.wants/vlpg-robot.service"
+echo 'u vlpg - "vlpg-edge robot" /var/lib/vlpg /usr/sbin/nologin' > "$root/etc/sysusers.d/vlpg.conf"
 if [ -z "$root" ] && ! id vlpg >/dev/null 2>&1; then
     useradd --system --home-dir /var/lib/vlpg --shell /usr/sbin/nologin vlpg
 fi
