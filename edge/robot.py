@@ -58,7 +58,10 @@ class Robot:
         self._offered = self._mapped = np.array([1e9, 1e9, 0.0])  # poses of the last view offered, the last scan mapped
 
     def perceive(self, observation: Observation) -> None:
-        """Notice who moves, localize, map, look, remember; the order matters, each uses what the one before found."""
+        """Notice who moves, localize, map, look, remember; the order matters, each uses what the one before found.
+
+        Raises ValueError for a pose that is not finite or far off the map, or a picture that is not the camera's.
+        """
         scan = observation.scan
         if scan is not None:
             self.movers.update(self.in_map(scan.odom), scan, self.grid)

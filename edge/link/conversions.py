@@ -14,10 +14,12 @@ JPEG_QUALITY = 85  # no visible artefacts at 320 x 240, about 20 kB
 
 
 def header(stamp, frame):
+    """The header of a message about ``frame`` at ``stamp`` [s]."""
     return messages.Header(messages.Time.of(stamp), frame)
 
 
 def twist_to_message(twist):
+    """The Twist [m/s, rad/s] of a planar base."""
     return messages.Twist(messages.Vector3(x=twist.v), messages.Vector3(z=twist.omega))
 
 
@@ -122,6 +124,7 @@ def depth_from_message(message):
 
 
 def camera_to_message(stamp, camera):
+    """The CameraInfo of a pinhole camera without distortion."""
     f, (u0, v0) = camera.focal, camera.centre
     return messages.CameraInfo(
         header(stamp, "camera_optical"),
@@ -137,6 +140,8 @@ def camera_to_message(stamp, camera):
 
 def camera_from_message(message, mounted):
     """The camera of a CameraInfo; where it sits and its depth range come from ``mounted`` (CameraModel).
+
+    Its optical axis is taken to go through the middle of the picture, which is taken to be rectified.
 
     Raises MessageError for a picture without a size or a focal length.
     """

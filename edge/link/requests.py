@@ -91,8 +91,8 @@ class FindReply(Body):
     distance: float  # m driven
     hypotheses: list[Hypothesis]  # best first
     position: Position | None = None  # of the object, m
-    bearing: float | None = None  # rad from the robot's heading, left positive
-    depth: float | None = None  # m
+    bearing: float | None = None  # rad from the optical axis, left positive, when it was last seen
+    depth: float | None = None  # m, likewise
     score: float | None = None  # of the detection, [0, 1]
     box: tuple[float, float, float, float] | None = None  # x0, y0, x1, y1 px in the picture
     jpeg: bytes | None = None  # the robot's last picture

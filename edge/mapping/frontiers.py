@@ -19,7 +19,7 @@ class Frontier:
 def frontiers(
     grid: OccupancyGrid,
     position: np.ndarray,
-    robot_radius: float = 0.18,
+    robot_radius: float,
     min_area: float = 1.5,
     explored: np.ndarray | None = None,
 ) -> list[Frontier]:

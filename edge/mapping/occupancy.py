@@ -35,11 +35,12 @@ class OccupancyConfig:
 
 
 class OccupancyGrid:
-    """Log-odds grid in two layers that grows as the robot moves; ``[row = y, col = x]``, cells of ``resolution`` m.
+    """Log-odds grid in layers that grows as the robot moves; ``[row = y, col = x]``, cells of ``resolution`` m.
 
-    The lidar sees table legs and the camera sees table tops, so each sensor clears its own layer only: a cell is
-    *occupied* when either layer is above even odds, *free* when some layer is below and none above, else *unknown*.
-    Memory is two bytes a cell (0.3 MB for 20x20 m). Indices change when the grid grows: take ``frame`` with the arrays.
+    The lidar sees table legs and the camera sees table tops, so each sensor clears its own layer only, and a third one
+    keeps what the bumper has met: a cell is *occupied* when any layer says so, *free* when lidar or camera is below
+    even odds and none above, else *unknown*. Memory is three bytes a cell (0.5 MB for 20x20 m). Indices change when the
+    grid grows: take ``frame`` with the arrays.
     """
 
     def __init__(self, resolution: float = 0.05, config: OccupancyConfig | None = None):
@@ -52,13 +53,7 @@ class OccupancyGrid:
         self._lidar = np.zeros((2 * chunk, 2 * chunk), np.int8)
         self._depth = np.zeros_like(self._lidar)
         self._contact = np.zeros_like(self._lidar)  # 1 where the bumper met something
-        self._revision = 0
-        self._cache: dict = {}
-
-    @property
-    def revision(self) -> int:
-        """Grows with every measurement; equal revisions mean equal maps."""
-        return self._revision
+        self._cache: dict = {}  # of what follows from the layers, until they change
 
     @property
     def frame(self) -> GridFrame:
@@ -107,7 +102,7 @@ class OccupancyGrid:
         # that a table leg that most turns pass by is not washed out.
         misses |= between & (layer == 0)
         log_odds.update(layer, hits, misses, self.config.lidar)
-        self._changed()
+        self._cache.clear()
 
     def integrate_depth(
         self, pose: np.ndarray, depth: np.ndarray, camera: CameraModel, leave_out: np.ndarray = NO_DISCS
@@ -133,7 +128,7 @@ class OccupancyGrid:
         row, col = self._index(pose[None, :2], corner)
         cv2.circle(misses, (int(col[0]), int(row[0])), int(self.config.body_radius / self.resolution), 1, cv2.FILLED)
         log_odds.update(layer, hits, misses, self.config.depth)
-        self._changed()
+        self._cache.clear()
 
     def integrate_contact(self, pose: np.ndarray, radius: float) -> None:
         """Marks what a robot of ``radius`` [m] at ``pose`` (3,) has run into: it drives forwards, so it is in front.
@@ -146,7 +141,7 @@ class OccupancyGrid:
         window, corner = self._window(met, pose)
         row, col = self._index(met, corner)
         self._contact[window][row, col] = 1
-        self._changed()
+        self._cache.clear()
 
     @property
     def occupied(self) -> np.ndarray:
@@ -187,7 +182,7 @@ class OccupancyGrid:
         more than ``max_extent``.
         """
         grid = OccupancyGrid(self.resolution, self.config)
-        grid._corner, grid._revision = self._corner, self._revision + 1
+        grid._corner = self._corner
         grid._lidar, grid._depth, grid._contact = self._lidar, self._depth, self._contact
         rows, cols = (np.flatnonzero(~self.unknown.all(axis)) for axis in (1, 0))
         if len(rows):
@@ -222,10 +217,6 @@ class OccupancyGrid:
         if key not in self._cache:
             self._cache[key] = _read_only(compute())
         return self._cache[key]
-
-    def _changed(self) -> None:
-        self._revision += 1
-        self._cache.clear()
 
     def _cells(self, xy: np.ndarray, corner: np.ndarray) -> np.ndarray:
         """Points ``(..., 2)`` x, y [m] in cells from ``corner`` (row, col)."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from edge.memory.database import connect, unpack_symmetric
+from edge.memory.database import connect
 from edge.memory.edges import EdgeTable
 from edge.memory.gate import GateConfig, is_known, judge
 from edge.memory.motion import MotionNoise, in_frame
@@ -36,7 +36,8 @@ class Vlpg:
 
     On disk everything in one SQLite file; in RAM the poses and the int8 vectors that answer queries. At most ``limit``
     nodes answer: then the most redundant one goes for each that comes, and its edges lead past it. Writes are grouped
-    into transactions of ``commit_every`` nodes; ``flush`` ends the current one. One thread at a time.
+    into transactions of ``commit_every`` nodes; ``flush`` ends the current one. One thread at a time. Whatever is asked
+    about a node raises IndexError when its id does not exist.
     """
 
     def __init__(self, db, dim, config):
@@ -204,10 +205,16 @@ class Vlpg:
         return self._nodes.poses[self._nodes.rows(ids)]
 
     def move(self, ids, poses, covariances=None):
-        """Corrects the ``poses (N, 3)`` (and covariances (N, 3, 3)) of nodes in place."""
+        """Corrects the ``poses (N, 3)`` (and covariances (N, 3, 3)) of nodes in place.
+
+        Raises IndexError for an id that does not exist, and ValueError unless there are as many finite poses, and
+        covariances if any. Nothing is changed then.
+        """
         rows, poses = self._nodes.rows(ids), np.asarray(poses, float).reshape(-1, 3)
         if len(rows) != len(poses) or not np.isfinite(poses).all():
             raise ValueError(f"{len(rows)} ids need as many finite poses, and {len(poses)} were given")
+        if covariances is not None and np.shape(covariances) != (len(rows), 3, 3):
+            raise ValueError(f"{len(rows)} ids need covariances ({len(rows)}, 3, 3), not {np.shape(covariances)}")
         self._begin()
         self._table.move(self._nodes.ids[rows], poses, covariances)
         self._nodes.poses[rows] = poses
@@ -235,14 +242,6 @@ class Vlpg:
     def edges(self):
         """All ``Edges``, in the order they were added."""
         return self._edges.all()
-
-    def covariances(self, ids):
-        """Covariances ``(N, 3, 3)`` of the poses of nodes (read from disk)."""
-        return np.array([unpack_symmetric(blob) for blob in self._read("covariance", ids)]).reshape(-1, 3, 3)
-
-    def stamps(self, ids):
-        """Stamps ``(N,)`` [s] of nodes (read from disk)."""
-        return np.array(self._read("stamp", ids), float)
 
     def keyframe(self, node):
         """JPEG bytes of the view of ``node``, or None when none was kept."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from edge.missions.mission import Story
-from edge.missions.motion import route, steer
+from edge.missions.motion import controller_for, route, steer
 from edge.missions.sighting import Sighting, sight
 from edge.observation import STOP
 from edge.perception.close_look import window_at
@@ -14,7 +14,6 @@ from edge.perception.encoder import View
 from edge.perception.prompts import Target
 from edge.perception.tracking import BoxTracker
 from edge.planning.centring import ImageTarget
-from edge.planning.mpepc import Mpepc
 from edge.robot import Robot
 
 
@@ -36,7 +35,7 @@ def centre(
     robot: Robot, detector: Detector, sought: Target, first: Sighting, config: CentringConfig = CONFIG
 ) -> Story:
     """Approach until near and centred; the last ``Sighting``, or None when the object was lost on the way."""
-    controller = Mpepc(camera=robot.camera)
+    controller = controller_for(robot)
     tracker = BoxTracker()
     middle = tracker.update(first.stamp, first.detection.centre)
     last, started, planned = first, robot.stamp, -np.inf

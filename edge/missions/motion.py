@@ -7,9 +7,10 @@ import numpy as np
 from edge.mapping.frontiers import reachable
 from edge.missions.mission import Story, until
 from edge.observation import STOP, Twist
-from edge.planning.mpepc import Mpepc
+from edge.planning.mpepc import Mpepc, MpepcConfig
 from edge.planning.standpoint import standpoint
 from edge.planning.theta_star import ThetaStarConfig, plan
+from edge.planning.trajectory_cost import CostConfig
 from edge.pose import wrap
 from edge.robot import Robot
 
@@ -75,6 +76,11 @@ def route(robot: Robot, goal, near: float = 0.4, config: MotionConfig = CONFIG) 
     return None
 
 
+def controller_for(robot: Robot) -> Mpepc:
+    """Who steers this body, by this camera."""
+    return Mpepc(MpepcConfig(cost=CostConfig(radius=robot.config.radius)), robot.camera)
+
+
 def steer(robot: Robot, controller: Mpepc, path: np.ndarray | None, **goal) -> Twist:
     """The next command of ``controller`` along ``path (K, 2)``, given all that the robot knows; see ``Mpepc.step``."""
     around = {"bumper": robot.bumper, "movers": robot.movers.followed}
@@ -83,7 +89,7 @@ def steer(robot: Robot, controller: Mpepc, path: np.ndarray | None, **goal) -> T
 
 def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig = CONFIG) -> Story:
     """Drive to ``goal (2,)`` [m] and, if given, turn to ``heading`` [rad]; True when there, False when it cannot be."""
-    controller = Mpepc()
+    controller = controller_for(robot)
     path, planned = None, -np.inf
     nearest, moved = np.inf, robot.stamp
     while True:

@@ -70,13 +70,6 @@ def plan(
     return points
 
 
-def reachable(traversable: np.ndarray, frame: GridFrame, start_xy, tolerance: float = 0.4) -> np.ndarray:
-    """Cells ``(R, C)`` bool that a robot at ``start_xy`` can drive to; all False when it stands in no good cell."""
-    labels = _components(traversable)
-    near = _near(labels, frame, start_xy, tolerance)
-    return labels == near[0][1] if near else np.zeros(labels.shape, bool)
-
-
 def _components(traversable: np.ndarray) -> np.ndarray:
     """Labels of 4-connected regions, 0 = untraversable. Diagonal steps need both side cells, so this is exact."""
     return cv2.connectedComponents(np.ascontiguousarray(traversable, np.uint8), connectivity=4)[1]

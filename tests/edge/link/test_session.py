@@ -99,8 +99,10 @@ def test_a_client_can_wait_for_the_other_side(endpoint):
 
     thread = threading.Thread(target=open_late)
     thread.start()
-    with open_session(LinkConfig(connect=(endpoint,), **ALONE), threading.Event()):
+    waited = []
+    with open_session(LinkConfig(connect=(endpoint,), **ALONE), threading.Event(), lambda: waited.append(True)):
         thread.join()
+    assert waited
     opened[0].close()
 
 

@@ -1,9 +1,13 @@
+from functools import partial
+
 import networkx as nx
 import numpy as np
 import pytest
 
-from edge.mapping.frontiers import frontiers, reachable
+from edge.mapping import frontiers as module
+from edge.mapping.frontiers import reachable
 
+frontiers = partial(module.frontiers, robot_radius=0.18)
 ROBOT = np.array([1.0, 1.0, 0.0])
 
 OPEN_EAST = """

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from edge.mapping.grid import GridFrame
-from edge.planning.theta_star import ThetaStarConfig, _Search, plan, reachable
+from edge.planning.theta_star import ThetaStarConfig, _Search, plan
 
 RESOLUTION = 0.05
 
@@ -187,19 +187,6 @@ def test_clearance_keeps_the_path_away_from_walls():
     assert nearest(short) <= 0.06
     assert nearest(safe) >= 0.3
     assert length(short) < length(safe) < 1.2 * length(short)
-
-
-def test_reachable_is_the_connected_region():
-    grid = np.ones((40, 40), bool)
-    grid[:, 20] = False
-    frame = frame_of(grid)
-    mask = reachable(grid, frame, frame.to_world(5, 5))
-    assert mask[:, :20].all() and not mask[:, 20:].any()
-    corner = np.ones((4, 4), bool)
-    corner[1, 2] = corner[2, 1] = False
-    corner[3, 0:2] = corner[0, 2:4] = False
-    assert not reachable(corner, frame_of(corner), frame_of(corner).to_world(1, 1), 0.0)[2, 2]
-    assert not reachable(np.zeros((5, 5), bool), frame_of(corner), (0.0, 0.0)).any()
 
 
 @pytest.mark.parametrize("seed", range(3))
