@@ -11,7 +11,7 @@ class FirmwareConfig:
     """Limits and gains; the wheel geometry is the nominal one, what the wheels really measure it does not know."""
 
     period: float = 0.02  # s; 50 Hz
-    command_timeout: float = 0.25  # s; the dead-man's switch, DESIGN.md section 4
+    command_timeout: float = 0.25  # s; the dead-man's switch
     max_speed: float = 0.6  # m/s
     max_turn: float = 1.5  # rad/s
     acceleration: float = 1.0  # m/s^2; a metre-tall mast must not rock

@@ -7,7 +7,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
-import typer
+try:
+    import typer
+except ModuleNotFoundError:
+    sys.exit("vlpg: the command line needs: pip install '.[tools]'; the robot alone is started by vlpg-robot")
 
 # Where everything on one machine meets, as long as nobody says otherwise; nothing leaves the machine.
 MEETING_PLACE = "tcp/127.0.0.1:7447"

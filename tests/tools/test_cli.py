@@ -277,3 +277,8 @@ def test_ctrl_c_while_asking_ends_without_a_traceback():
             assert process.wait(20) == 130
             assert b"Traceback" not in process.stderr.read()
         queryable.undeclare()
+
+
+def test_without_its_extra_the_command_line_says_what_to_install(tmp_path):
+    (tmp_path / "typer.py").write_text("raise ModuleNotFoundError('typer')")
+    complains(vlpg("status", PYTHONPATH=f"{tmp_path}{os.pathsep}{Path(cli.__file__).parents[1]}"), ".[tools]", code=1)

@@ -101,7 +101,7 @@ def _board(config: BundleConfig) -> dict[str, bytes]:
         "@MACHINE@": config.target.machine,
         "@MODEL@": config.model.folder.name,
         "@OFFLOAD@": "host" if config.offload else "auto",
-        # MB of PSS, DESIGN's budget for a board of 512 MB; the kernel counts a little otherwise, so there is room
+        # What a board of 512 MB can spare (edge.bench.budget), and some, as the kernel counts a little otherwise.
         "@MEMORY@": "160M" if config.offload else "200M",
     }
     found = {}

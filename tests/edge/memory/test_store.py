@@ -204,7 +204,7 @@ def test_keyframes_and_map_survive(tmp_path):
 
 
 def test_bytes_on_disk_and_in_ram_per_vector(tmp_path):
-    """DESIGN.md section 5: at most 2.5 x the embedding bytes on disk and 1.5 x in RAM, log and page cache included."""
+    """At most 2.5 x the embedding bytes on disk and 1.5 x in RAM, log and page cache included."""
     path, nodes, dim = tmp_path / "home.vlpg", 6000, 512
     script = f"""
 import os, re, sys, numpy as np
