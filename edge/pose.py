@@ -8,6 +8,17 @@ def wrap(angle):
     return (np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi
 
 
+def rotation(angle):
+    """What turns the x and y of a pose's error or motion by ``angle`` [rad] of shape S: ``S + (3, 3)``."""
+    angle = np.asarray(angle, float)
+    turn = np.zeros((*angle.shape, 3, 3))
+    turn[..., 0, 0] = turn[..., 1, 1] = np.cos(angle)
+    turn[..., 1, 0] = np.sin(angle)
+    turn[..., 0, 1] = -turn[..., 1, 0]
+    turn[..., 2, 2] = 1.0
+    return turn
+
+
 def compose(a, b):
     """Pose ``b``, given in the frame of pose ``a``, in the frame that ``a`` is given in. Shapes broadcast."""
     a, b = np.asarray(a, float), np.asarray(b, float)

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from edge.camera import CameraModel
+from edge.jpeg import jpeg
 from edge.localization.localizer import Localizer
 from edge.localization.loop_closure import LoopCloser
 from edge.mapping.coverage import CameraCoverage
@@ -18,7 +18,7 @@ from edge.memory.store import Vlpg
 from edge.observation import LaserScan, Observation, RgbdFrame
 from edge.perception.close_look import look_closely, to_remember
 from edge.perception.movers import MoverTracker
-from edge.pose import between, compose
+from edge.pose import between
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Robot:
 
     def in_map(self, odom):
         """A base pose of the odom frame, in the map frame."""
-        return compose(self.localizer.map_from_odom, odom)
+        return self.localizer.pose(odom)
 
     def correct(self, ids, poses, covariances) -> None:
         """Give nodes of the memory the ``poses (N, 3)`` and ``covariances (N, 3, 3)`` that the whole graph agrees on.
@@ -143,8 +143,7 @@ class Robot:
         if self.memory.knows(pose, whole.vectors[0]):
             return
         vectors, bearings = to_remember(look_closely(self.encoder, frame.rgb, whole, self.camera.hfov))
-        bgr = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2BGR)
-        keyframe = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, self.config.keyframe_quality])[1].tobytes()
+        keyframe = jpeg(frame.rgb, self.config.keyframe_quality)
         scan = None if self._scan is None else pack(self._scan, between(frame.odom, self._scan.odom))
         reach = farthest(frame.depth, COLUMNS)
         node = self.memory.add(frame.stamp, pose, self.localizer.covariance, vectors, bearings, keyframe, scan, reach)

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from edge.pose import rotation
+
 ANCHOR = 1e-4  # m and rad, standard deviation of the first node: the map stays where it is
 # Huber's threshold, in standard deviations of the whole error (three numbers): a false loop closure pulls no harder
 # than that. At 2.8, where 5 % of the true ones lie beyond, one false closure did more harm than all true ones did good.
@@ -62,16 +64,11 @@ def optimise(ids, poses, edges, transforms, information, trusted) -> tuple[np.nd
 
 def _in_second(information: np.ndarray, turned: float) -> np.ndarray:
     """Information (3, 3) in the frame of an edge's first node, in that of the second, where GTSAM takes the error."""
-    cos, sin = np.cos(turned), np.sin(turned)
-    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    turn = rotation(turned)
     return turn.T @ information @ turn
 
 
 def _turned(covariances: np.ndarray, headings: np.ndarray) -> np.ndarray:
     """Covariances in each node's own frame, as GTSAM gives them, in the map frame."""
-    turn = np.zeros_like(covariances)
-    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(headings)
-    turn[:, 1, 0] = np.sin(headings)
-    turn[:, 0, 1] = -turn[:, 1, 0]
-    turn[:, 2, 2] = 1
+    turn = rotation(headings)
     return turn @ covariances @ turn.transpose(0, 2, 1)

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from edge.camera import CameraModel
+from edge.jpeg import jpeg
 from edge.link import messages
 from edge.link.messages import MessageError
 from edge.observation import LaserScan, Twist
@@ -87,8 +88,8 @@ def scan_from_message(message, odom):
 
 def color_to_message(stamp, rgb):
     """RGB ``(H, W, 3)`` uint8 as JPEG."""
-    _, data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-    return messages.CompressedImage(header(stamp, "camera_optical"), "rgb8; jpeg compressed bgr8", data.tobytes())
+    data = jpeg(rgb, JPEG_QUALITY)
+    return messages.CompressedImage(header(stamp, "camera_optical"), "rgb8; jpeg compressed bgr8", data)
 
 
 def color_from_message(message):

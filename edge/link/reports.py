@@ -1,8 +1,8 @@
 """Replies about what the robot knows: its map, its graph, how a search ended."""
 
-import cv2
 import numpy as np
 
+from edge.jpeg import jpeg
 from edge.link.conversions import JPEG_QUALITY
 from edge.link.requests import (
     Array,
@@ -71,7 +71,7 @@ def find_reply(name, outcome, robot, frame):
         depth=seen and float(seen.depth),
         score=seen and float(seen.detection.score),
         box=seen and tuple(float(value) for value in seen.detection.box),
-        jpeg=_jpeg(frame),
+        jpeg=_picture(frame),
         confidence=outcome.confidence,
         replans=[_replan(replan) for replan in outcome.replans],
     )
@@ -79,7 +79,7 @@ def find_reply(name, outcome, robot, frame):
 
 def cancelled_reply(name, robot, frame, duration, distance):
     """A search that was broken off."""
-    return FindReply("cancelled", name, _pose(robot.pose), duration, distance, [], jpeg=_jpeg(frame))
+    return FindReply("cancelled", name, _pose(robot.pose), duration, distance, [], jpeg=_picture(frame))
 
 
 def tour_reply(outcome, robot):
@@ -98,8 +98,5 @@ def _pose(pose):
     return tuple(float(value) for value in pose)
 
 
-def _jpeg(frame):
-    if frame is None:
-        return None
-    bgr = cv2.cvtColor(frame.rgb, cv2.COLOR_RGB2BGR)
-    return cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
+def _picture(frame):
+    return None if frame is None else jpeg(frame.rgb, JPEG_QUALITY)

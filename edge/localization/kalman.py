@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from edge.pose import compose, wrap
+from edge.pose import compose, rotation, wrap
 
 
 @dataclass(frozen=True)
@@ -19,10 +19,9 @@ class PoseBelief:
 
         Extended Kalman prediction through the composition of poses (Smith, Self & Cheeseman 1990).
         """
-        cos, sin = np.cos(self.mean[2]), np.sin(self.mean[2])
         mean = compose(self.mean, motion)
         by_pose = np.array([[1.0, 0.0, self.mean[1] - mean[1]], [0.0, 1.0, mean[0] - self.mean[0]], [0.0, 0.0, 1.0]])
-        by_motion = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        by_motion = rotation(self.mean[2])
         return PoseBelief(mean, by_pose @ self.covariance @ by_pose.T + by_motion @ noise @ by_motion.T)
 
     def distance(self, measured: np.ndarray, noise: np.ndarray) -> float:

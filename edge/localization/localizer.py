@@ -10,7 +10,7 @@ from edge.localization.likelihood_field import LikelihoodField
 from edge.localization.scan_matching import Match, MatchConfig, match, refine, scan_points
 from edge.mapping.occupancy import OccupancyGrid
 from edge.observation import LaserScan
-from edge.pose import between, compose, wrap
+from edge.pose import between, compose, rotation, wrap
 
 
 @dataclass(frozen=True)
@@ -82,9 +82,7 @@ class Localizer:
 
     def move(self, before: np.ndarray, after: np.ndarray) -> None:
         """Go along with the map: what was at pose (3,) ``before`` is at ``after`` now."""
-        turned = after[2] - before[2]
-        cos, sin = np.cos(turned), np.sin(turned)
-        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        turn = rotation(after[2] - before[2])
         mean = compose(after, between(before, self._belief.mean))
         self._belief = PoseBelief(mean, turn @ self._belief.covariance @ turn.T)
 

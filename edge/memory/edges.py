@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from edge.memory.database import pack_symmetric, unpack_symmetric
-from edge.pose import between, compose
+from edge.pose import between, compose, rotation
 
 
 class Edges(NamedTuple):
@@ -81,18 +81,13 @@ def _one_after_the_other(first, first_covariance, second, second_covariance):
     way = compose(first, second)
     lever = np.eye(3)
     lever[0, 2], lever[1, 2] = first[1] - way[1], way[0] - first[0]
-    turn = _turn(first[2])
+    turn = rotation(first[2])
     return way, lever @ first_covariance @ lever.T + turn @ second_covariance @ turn.T
 
 
 def _reversed(transform, covariance):
     """The way back (Smith, Self & Cheeseman 1990, Eq. 8); its covariance is in the frame of the other end."""
     back = between(transform, np.zeros(3))
-    jacobian = -_turn(-transform[2])
+    jacobian = -rotation(-transform[2])
     jacobian[0, 2], jacobian[1, 2] = back[1], -back[0]
     return back, jacobian @ covariance @ jacobian.T
-
-
-def _turn(angle: float) -> np.ndarray:
-    cos, sin = np.cos(angle), np.sin(angle)
-    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

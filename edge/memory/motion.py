@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from edge.pose import rotation
+
 
 @dataclass(frozen=True)
 class MotionNoise:
@@ -25,6 +27,5 @@ class MotionNoise:
 
 def in_frame(covariance, heading):
     """A covariance ``(3, 3)`` of the map frame, in that of a node with this ``heading`` [rad]."""
-    cos, sin = np.cos(heading), np.sin(heading)
-    turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    turn = rotation(-heading)
     return turn @ covariance @ turn.T

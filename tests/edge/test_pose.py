@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from edge.pose import between, compose, transform, wrap
+from edge.pose import between, compose, rotation, transform, wrap
 
 coordinate = st.floats(-50, 50)
 poses = st.tuples(coordinate, coordinate, st.floats(-10, 10)).map(np.array)
@@ -34,3 +34,10 @@ def test_transform_moves_points(pose, x, y):
 def test_wrap_keeps_the_direction(angle):
     assert -np.pi <= wrap(angle) < np.pi
     assert np.isclose(np.cos(wrap(angle)), np.cos(angle)) and np.isclose(np.sin(wrap(angle)), np.sin(angle))
+
+
+def test_a_rotation_turns_as_composing_with_a_turn_does():
+    angles = np.array([0.0, 0.4, -2.5])
+    for angle, turn in zip(angles, rotation(angles), strict=True):
+        np.testing.assert_allclose(turn @ [1.0, 2.0, 0.3], compose([0.0, 0.0, angle], [1.0, 2.0, 0.3]) - [0, 0, angle])
+    assert rotation(0.4).shape == (3, 3)

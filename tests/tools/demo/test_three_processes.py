@@ -112,7 +112,8 @@ def test_explores_a_home_never_seen_then_answers_from_memory(tmp_path):
         base = ("--home", str(FLAT), "--speed", "8", "--listen", endpoint, "--no-multicast-scouting")
         processes.start("sim", module("firmware_sim.node", *base))
         memory = ("--memory", str(tmp_path / "home.vlpg"))
-        processes.start("robot", module("edge.node", "--wait", "--threads", "2", *memory, *there))
+        robot = module("edge.node", "--wait", "--threads", "2", *memory, *there)
+        processes.start("robot", robot)
 
         def vlpg(*arguments):
             command = [sys.executable, "-m", "tools.cli", *arguments, *there]
@@ -133,3 +134,15 @@ def test_explores_a_home_never_seen_then_answers_from_memory(tmp_path):
         remembered = vlpg("find", "armchair")
         assert remembered.stdout.startswith(("found armchair at", "not found: armchair")), remembered
         processes.check()
+
+        # Started again it knows the map, and by its lidar where in it it is.
+        def pose():
+            found = re.search(r"pose +\((\S+), (\S+)\) m, (\S+)°", vlpg("status").stdout)
+            return [float(word) for word in found.groups()]
+
+        x, y, heading = pose()
+        processes.children.pop().stop()
+        processes.start("robot", robot)
+        while "idle" not in (status := vlpg("status")).stdout or "problem" in status.stdout:
+            processes.watch(0.2)
+        assert pose() == [pytest.approx(x, abs=0.1), pytest.approx(y, abs=0.1), pytest.approx(heading, abs=3)]
