@@ -26,8 +26,6 @@ class RobotConfig:
     """The body, and what is worth remembering."""
 
     radius: float = 0.18  # m, [U] Sec. V
-    scan_distance: float = 0.05  # m, a cell
-    scan_angle: float = np.radians(3.0)  # rad, three beams
     seek_every: float = 1.0  # s between a lost robot's looks for its place, each of a tenth of a second or more
     candidate_distance: float = 0.10  # m; [V] offers a view every 100 ms, but from the same pose it tells nothing new
     candidate_angle: float = np.radians(6.0)  # rad
@@ -55,7 +53,7 @@ class Robot:
         self.frame: RgbdFrame | None = None  # the newest picture
         self._scan: LaserScan | None = None  # the newest lidar turn
         self._sought = -np.inf  # s, when a lost robot last looked for its place
-        self._offered = self._mapped = np.array([1e9, 1e9, 0.0])  # poses of the last view offered, the last scan mapped
+        self._offered = np.array([1e9, 1e9, 0.0])  # pose of the last view offered
 
     def perceive(self, observation: Observation) -> None:
         """Notice who moves, localize, map, look, remember; the order matters, each uses what the one before found.
@@ -74,8 +72,9 @@ class Robot:
         self.twist, self.bumper = observation.twist, observation.bumper
         if scan is not None:
             self._scan = scan
-            if not self.localizer.lost:
-                self._map_scan(scan)
+            # The first one, and those that the localizer has placed: where the robot stands they tell nothing new.
+            if self.localizer.fits or self.grid.unknown.all():
+                self.grid.integrate_scan(self.in_map(scan.odom), scan)
         if observation.bumper and not self.movers.touch(pose, self.config.radius):
             self.grid.integrate_contact(pose, self.config.radius)
         self.coverage.follow(self.grid.frame)
@@ -107,7 +106,7 @@ class Robot:
         here = carried_pose(self.pose, before, after)
         self.localizer.move(self.pose, here)
         self.pose = here
-        self._mapped, self._offered = (carried_pose(pose, before, after) for pose in (self._mapped, self._offered))
+        self._offered = carried_pose(self._offered, before, after)
 
     def _find_itself(self, scan: LaserScan) -> bool:
         """A lost robot looks for its place in the whole map, now and then; whether it has found it."""
@@ -118,14 +117,6 @@ class Robot:
         if found:
             self.memory.break_off()
         return found
-
-    def _map_scan(self, scan: LaserScan) -> None:
-        """Map a scan unless the last one was taken here: repeated, the error of one pose would become the map's."""
-        pose = self.in_map(scan.odom)
-        x, y, turn = between(self._mapped, pose)
-        if np.hypot(x, y) >= self.config.scan_distance or abs(turn) >= self.config.scan_angle:
-            self._mapped = pose
-            self.grid.integrate_scan(pose, scan)
 
     def _look(self, frame: RgbdFrame) -> None:
         pose = self.in_map(frame.odom)

@@ -45,6 +45,7 @@ class Localizer:
         self._odom = np.zeros(3)  # odometry that the belief belongs to
         self._rejected = self.config.lost_after if lost else 0
         self.match: Match | None = None  # newest match, accepted or not
+        self.fits = False  # whether the newest scan was matched and fits here, or nothing is mapped here
 
     @property
     def map_from_odom(self) -> np.ndarray:
@@ -69,9 +70,11 @@ class Localizer:
         """Pose (3,) in the map of the base at ``odom`` (3,), after matching ``scan`` (if any) with ``grid``.
 
         The scan is matched at its own odometry, so a turning or late scan does no harm. Map the scan with
-        ``grid.integrate_scan(localizer.pose(scan.odom), scan)`` afterwards, unless ``lost``. A lost robot's scans are
-        not matched: near where it is not, one may fit by chance.
+        ``grid.integrate_scan(localizer.pose(scan.odom), scan)`` afterwards only if it ``fits``: a map that takes in
+        what contradicts it soon agrees with a wrong pose. A lost robot's scans are not matched: near where it is not,
+        one may fit by chance.
         """
+        self.fits = False
         if scan is not None:
             motion = between(self._odom, scan.odom)
             if np.hypot(*motion[:2]) >= self.config.min_distance or abs(motion[2]) >= self.config.min_angle:
@@ -125,7 +128,8 @@ class Localizer:
         found = match(local, scan, guess, self.config.match)
         self.match = found
         if found.score == 0.0:
-            return  # new ground: there is nothing yet to agree or disagree with
+            self.fits = True  # new ground: there is nothing yet to agree or disagree with
+            return
         if found.score < self.config.min_score:
             self._rejected += 1
         elif self._belief.distance(found.pose, found.covariance) > self.config.gate:
@@ -134,7 +138,7 @@ class Localizer:
             # next matches tell, if they agree with this one.
             self._belief = PoseBelief(guess, self._belief.covariance + np.diag(self.config.spun) ** 2)
         else:
-            self._rejected = 0
+            self._rejected, self.fits = 0, True
             self._belief = self._belief.corrected(found.pose, found.covariance)
 
 

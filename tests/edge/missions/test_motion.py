@@ -3,7 +3,7 @@ import pytest
 
 from edge.missions.mission import Mission
 from edge.missions.motion import drive, length, turn
-from edge.pose import wrap
+from edge.pose import compose, wrap
 from firmware_sim.pedestrian import Pedestrian
 from tests.edge.missions.conftest import make_robot, make_world
 from tools.bench.survey import Sightless, robot_in, survey
@@ -96,3 +96,14 @@ def test_where_it_cannot_find_its_place_it_does_not_drive(known):
     start = world.truth[:2].copy()
     run(world, mission)
     assert mission.outcome is False and np.hypot(*(world.truth[:2] - start)) < 0.05
+
+
+@pytest.mark.parametrize("push", [(0.28, -0.08, -0.16), (-0.2, 0.2, 0.1), (0.0, -0.3, 0.0)])
+def test_pushed_aside_it_knows_where_it_is_before_its_map_agrees_with_a_wrong_place(known, push):
+    world = make_world(1)
+    robot = robot_in(world, known, Sightless())
+    robot.localizer.move(robot.pose, compose(robot.pose, np.array(push)))
+    mission = Drive(robot, np.array([5.5, 2.0]), None)
+    run(world, mission)
+    assert mission.outcome is True
+    np.testing.assert_allclose(robot.pose[:2], world.truth[:2], atol=0.05)
