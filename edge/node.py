@@ -43,6 +43,7 @@ class NodeConfig:
 
     name: str = "robot1"  # key root
     silent: float = 0.5  # s of wall time without odometry after which the robot is told to stop; five control steps
+    gone: float = 2.0  # s likewise, after which it cannot begin anything; a simulation faster than time waits for 1 s
     save_every: float = 60.0  # s of the base's clock between saves of the growing map: so much a power cut costs
     step_limit: float = 0.1  # s that perception and planning may take, one control period
     path_step: float = 0.05  # m between the points of the driven path, a grid cell
@@ -235,7 +236,7 @@ class Node:
         if self._mission is not None:
             busy = f"looking for {self._object}" if self._object else "mapping its home"
             raise RequestError(f"the robot is {busy}; wait, or cancel that first")
-        if self.base.age > self.config.silent:
+        if self.base.age > self.config.gone:
             raise RequestError("the base sends no odometry; start it first")
 
     def _begin(self, mission, state, exchange):
@@ -283,7 +284,7 @@ class Node:
 
     def _missing(self):
         """What the robot lacks to work, for people; empty if nothing."""
-        if self.base.age > self.config.silent:
+        if self.base.age > self.config.gone:
             return "the base sends no odometry"
         if self.robot.localizer.lost:
             return "it does not find its place in its map; take it where it has been, or map anew into another --memory"
