@@ -53,6 +53,12 @@ def face(robot: Robot, heading: float) -> Story:
     yield from turn(robot, float(wrap(heading - robot.pose[2])))
 
 
+def face_place(robot: Robot, place) -> Story:
+    """Turn in place towards ``place (2,)`` [m] in the map."""
+    x, y = place - robot.pose[:2]
+    yield from face(robot, float(np.arctan2(y, x)))
+
+
 def locate(robot: Robot, config: MotionConfig = CONFIG) -> Story:
     """Let a lost robot find its place: it stands, then turns once around. Whether it knows where it is."""
     lost = robot.stamp
@@ -121,8 +127,7 @@ def look_from_near(robot: Robot, place, near: float) -> Story:
     stand = standpoint(place, robot.pose, near, ground, grid.occupied, grid.frame)
     if stand is not None:
         yield from drive(robot, stand)
-    toward = place - robot.pose[:2]
-    yield from face(robot, float(np.arctan2(toward[1], toward[0])))
+    yield from face_place(robot, place)
 
 
 def length(path) -> float:

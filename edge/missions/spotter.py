@@ -9,7 +9,7 @@ from edge.mapping.frontiers import reachable
 from edge.mapping.sight_line import mapped_depth
 from edge.missions.centring import centre
 from edge.missions.mission import Story
-from edge.missions.motion import drive, face, look_from_near
+from edge.missions.motion import drive, face, face_place, look_from_near
 from edge.missions.sighting import Sighting, sight
 from edge.observation import STOP
 from edge.perception.close_look import look_closely
@@ -96,6 +96,7 @@ class Spotter:
             if aside is not None and (yield from self.hidden(aside)) < hidden:
                 return aside
             yield from drive(robot, centred.pose[:2], heading=centred.pose[2])
+            yield from face_place(robot, centred.position)  # the way back may have ended elsewhere
         return centred
 
     def hidden(self, centred: Sighting) -> Story:

@@ -312,8 +312,8 @@ def test_a_silent_base_is_told_to_stop_and_so_are_people(rig):
     rig.until(lambda: Twist(0.2, 0.1) in rig.commands)
     rig.silence()
     rig.until(lambda: rig.commands[-1:] == [STOP])
-    status = rig.status()
-    assert status.state == "mapping" and "no odometry" in status.problem
+    rig.until(lambda: "no odometry" in rig.status().problem)
+    assert rig.status().state == "mapping"
     rig._publishing.set()
     rig.until(lambda: rig.commands[-1] == Twist(0.2, 0.1))
 

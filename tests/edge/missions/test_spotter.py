@@ -1,9 +1,15 @@
 """A target behind something: looked at from where it shows."""
 
+from dataclasses import replace
+
+import numpy as np
+
 from edge.missions.mission import Mission
 from edge.missions.motion import drive
 from edge.missions.spotter import Spotter, SpotterConfig
+from edge.observation import STOP
 from edge.perception.prompts import Target
+from edge.pose import wrap
 from tools.eval.child import in_child
 from tools.eval.tour import run
 
@@ -43,3 +49,29 @@ def test_without_a_look_from_aside_most_of_it_stays_hidden(mapped):
 def test_what_stands_free_is_looked_at_once(mapped):
     hidden, visible = in_child(look_past_a_cupboard, mapped, 3.3, 2.4, None)
     assert visible > 0.9 and hidden < SpotterConfig.hidden
+
+
+def look_in_vain_from_aside(mapped):
+    """How far [rad] from the couch it looks in the end, if the look from aside is in vain and there is no way back."""
+    mission = Look(mapped.robot, None)
+    spotter, robot = mission.spotter, mapped.robot
+    uncover = spotter.uncover
+
+    def stare():
+        robot.config = replace(robot.config, radius=5.0)  # no way is wide enough any more
+        yield STOP
+
+    def uncovering(centred):
+        spotter.stare, spotter.centred = stare, centred
+        return (yield from uncover(centred))
+
+    spotter.uncover = uncovering
+    mapped.world.house.add_object("occluder", "cupboard", 1.5, 2.0, 0.0)
+    run(mapped.world, mission)
+    x, y = spotter.centred.position - robot.pose[:2]
+    return robot.config.radius, float(wrap(np.arctan2(y, x) - robot.pose[2]))
+
+
+def test_after_a_vain_look_from_aside_it_faces_what_it_found_wherever_the_way_back_ended(mapped):
+    radius, off = in_child(look_in_vain_from_aside, mapped)
+    assert radius == 5.0 and abs(off) < 0.1
