@@ -67,14 +67,15 @@ class HostService:
     def _follow(self, robot):
         replica = self._replicas.get(robot)
         try:
-            graph = self._graph(robot, replica.next if replica else 0)
-            if replica and graph.memory != replica.memory:  # it has mapped a home anew
+            graph = self._graph(robot, 0 if replica is None else replica.next)
+            if replica is not None and graph.memory != replica.memory:  # it has mapped a home anew
                 graph, replica = self._graph(robot, 0), None
         except NoAnswer as error:
             if replica is None:
                 raise RequestError(f"{robot} does not answer and the host has no copy of it", "robot") from error
             return replica, False
-        replica = replica or Replica(self._manifest.dim, graph.memory)
+        if replica is None:
+            replica = Replica(self._manifest.dim, graph.memory)
         try:
             replica.update(graph)
         except ValueError as error:

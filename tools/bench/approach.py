@@ -35,7 +35,7 @@ from firmware_sim.home import load_home
 from firmware_sim.house import House, HouseError
 from firmware_sim.world import World
 from models.manifest import DEFAULT, ModelError
-from tools.bench.crossing import HANDMADE
+from tools.bench.options import HANDMADE
 from tools.bench.survey import RADIUS, robot_in, survey
 from tools.eval.oracle import OracleEncoder
 from tools.eval.tour import HIGHEST

@@ -7,7 +7,7 @@ or more to the side, at 60 to 120 degrees to the way; and ends 0.8 m or more bey
 Nothing is asked of what the robot can see: many come round a corner, or through a door.
 """
 
-import argparse
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,14 +17,13 @@ from edge.missions.motion import drive
 from edge.planning.theta_star import plan
 from firmware_sim.base import Contact
 from firmware_sim.free_space import FreeSpace
-from firmware_sim.home import load_home
-from firmware_sim.house import House, HouseError
+from firmware_sim.house import House
 from firmware_sim.pedestrian import Pedestrian
 from firmware_sim.placement import ROBOT_RADIUS
 from firmware_sim.world import World
+from tools.bench.options import homes_and_seeds
 from tools.bench.survey import Sightless, robot_in, survey
 
-HANDMADE = ("apartment", "cottage", "bungalow")
 LENGTH = 3.0, 8.0  # m of way between the two places
 ROOM = 0.30  # m from all obstacles, of both places and of the middle of the person's way
 SPEED = 0.5, 1.2  # m/s, of the person
@@ -179,25 +178,16 @@ def row(name: str, runs: list[tuple[Driven, Driven]]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--homes", nargs="+", default=HANDMADE, help="names, files or generated:SEED")
-    parser.add_argument("--runs", type=int, default=100, help="in all homes together (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=0, help="of the first run; the next ones count up")
-    options = parser.parse_args()
-    if options.runs < 1 or options.seed < 0:
-        parser.error("--runs must be at least 1 and --seed at least 0")
-    try:
-        houses = [load_home(home) for home in options.homes]
-    except HouseError as error:
-        parser.exit(2, f"tools.bench.crossing: {error}\n")
+    houses, seeds = homes_and_seeds("tools.bench.crossing", __doc__, 100, "in all homes together")
     maps = [(house, survey(house).to_bytes(), FreeSpace(house)) for house in houses]
     found: list[list] = [[] for _ in houses]
-    for number in range(options.runs):
+    for number, seed in enumerate(seeds):
         home = number % len(houses)
         try:
-            found[home].append(meet(*maps[home], options.seed + number))
+            found[home].append(meet(*maps[home], seed))
         except NoCrossing as error:
-            parser.exit(2, f"tools.bench.crossing: {error}\n")
+            print(f"tools.bench.crossing: {error}", file=sys.stderr)
+            sys.exit(2)
     heads = "home", "runs", "person", "other", "moving", "arrivals", "longer by", "closest", "pose error"
     print("{:12} {:>5} {:>8} {:>6} {:>7} {:>8} {:>11} {:>10} {:>17}".format(*heads))
     for house, runs in zip(houses, found):

@@ -4,7 +4,6 @@ Waking up: at random places, with one turn of the lidar and the map, and nothing
 two random places it is up to 0.3 m and 10 degrees away from where it believes to be, and its wheels do not tell.
 """
 
-import argparse
 import time
 from dataclasses import dataclass
 
@@ -14,10 +13,10 @@ from edge.localization.localizer import Localizer
 from edge.mapping.occupancy import OccupancyGrid
 from edge.pose import compose, wrap
 from firmware_sim.free_space import FreeSpace
-from firmware_sim.home import load_home
-from firmware_sim.house import House, HouseError
+from firmware_sim.house import House
 from firmware_sim.world import World
-from tools.bench.crossing import HANDMADE, TIME_LIMIT, Drive, places
+from tools.bench.crossing import TIME_LIMIT, Drive, places
+from tools.bench.options import homes_and_seeds
 from tools.bench.survey import Sightless, robot_in, survey
 
 ROOM = 0.30  # m from all obstacles, where it wakes up
@@ -69,22 +68,11 @@ def pushed(house: House, grid: bytes, space: FreeSpace, seed: int) -> tuple[bool
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--homes", nargs="+", default=HANDMADE, help="names, files or generated:SEED")
-    parser.add_argument("--runs", type=int, default=20, help="of each kind in each home (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=0, help="of the first run; the next ones count up")
-    options = parser.parse_args()
-    if options.runs < 1 or options.seed < 0:
-        parser.error("--runs must be at least 1 and --seed at least 0")
-    try:
-        houses = [load_home(home) for home in options.homes]
-    except HouseError as error:
-        parser.exit(2, f"tools.bench.place: {error}\n")
+    houses, seeds = homes_and_seeds("tools.bench.place", __doc__, 20, "of each kind in each home")
     heads = "woken", "found", "wrong", "took", "pushed", "arrived", "error: median, max"
     print("{:12} {:>6} {:>6} {:>6} {:>7}   {:>6} {:>8} {:>19}".format("", *heads))
     for house in houses:
         grid, space = survey(house), FreeSpace(house)
-        seeds = range(options.seed, options.seed + options.runs)
         woken = [wake(house, grid, space, seed) for seed in seeds]
         drives = [pushed(house, grid.to_bytes(), space, seed) for seed in seeds]
         arrived, errors = zip(*drives)
