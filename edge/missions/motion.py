@@ -102,7 +102,7 @@ def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig
         if robot.localizer.lost:
             if not (yield from locate(robot)):
                 return False
-            planned = -np.inf
+            nearest, moved, planned = np.inf, robot.stamp, -np.inf
         if robot.stamp - planned >= config.replan_every:
             path, planned = route(robot, goal, config=config), robot.stamp
             if path is None:

@@ -87,6 +87,24 @@ def test_carried_elsewhere_it_finds_its_place_and_the_way(known):
     np.testing.assert_allclose(robot.pose[:2], world.truth[:2], atol=0.05)
 
 
+def test_the_time_that_it_looks_for_its_place_is_not_held_against_the_way(known):
+    """It goes astray, believes to be nearer than it is, and needs longer than its patience to notice where it is."""
+    world = make_world(1)
+    robot = robot_in(world, known, Sightless())
+    mission = Drive(robot, np.array([5.5, 2.0]), None)
+    seen = world.step(None)
+    while robot.distance < 1.0:
+        seen = world.step(mission.step(seen))
+    robot.localizer.move(robot.pose, compose(robot.pose, np.array([1.0, 0.0, 0.0])))
+    for _ in range(11):  # until it has planned from there
+        seen = world.step(mission.step(seen))
+    robot.wake_in(robot.grid)
+    found, lost = robot.localizer.relocalize, robot.stamp
+    robot.localizer.relocalize = lambda *given: robot.stamp - lost > 7.0 and found(*given)
+    run(world, mission)
+    assert mission.outcome is True and robot.stamp - lost > 7.0
+
+
 def test_where_it_cannot_find_its_place_it_does_not_drive(known):
     world = make_world(1)
     robot = robot_in(world, known, Sightless())
