@@ -11,6 +11,7 @@ from edge.link import messages
 from edge.link.messages import MessageError
 from edge.observation import LaserScan, Twist
 
+FINEST = np.radians(0.01)  # rad between beams; finer steps are a mistake, and would make scans of any size
 JPEG_QUALITY = 85  # no visible artefacts at 320 x 240, about 20 kB
 
 
@@ -71,11 +72,13 @@ def scan_from_message(message, odom):
     As in REP 117, ranges beyond the sensor's reach are inf, no return; what is too near for it, or is no number, is NaN
     and says nothing. Where a lidar does not look all around, beams of NaN fill up the turn.
 
-    Raises MessageError for a scan without ranges, or whose angles or greatest range are no numbers.
+    Raises MessageError for a scan without ranges, with beams too close for a lidar, or with angles that are no numbers.
     """
     ranges, step = np.array(message.ranges, np.float32), message.angle_increment
-    if not len(ranges) or not np.isfinite([message.angle_min, step, message.range_max]).all() or step == 0:
-        raise MessageError("a scan has no ranges, no angle_increment, or an angle or range_max that is no number")
+    if not len(ranges) or not np.isfinite([message.angle_min, step, message.range_max]).all():
+        raise MessageError("a scan has no ranges, or an angle or range_max that is no number")
+    if abs(step) < FINEST:
+        raise MessageError(f"a scan's angle_increment of {step:g} rad cannot be that of a lidar")
     with np.errstate(invalid="ignore"):
         ranges[ranges > message.range_max] = np.inf
         ranges[ranges < message.range_min] = np.nan

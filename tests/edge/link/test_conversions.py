@@ -66,6 +66,7 @@ def test_what_a_lidar_does_not_look_at_is_not_mapped_as_free():
     [
         {"ranges": []},
         {"angle_increment": 0.0},
+        {"angle_increment": -1e-9},
         {"angle_increment": np.nan},
         {"angle_min": np.nan},
         {"range_max": np.inf},
@@ -73,7 +74,7 @@ def test_what_a_lidar_does_not_look_at_is_not_mapped_as_free():
 )
 def test_a_scan_that_is_none_is_told(change):
     scan = convert.scan_to_message(LaserScan(0.0, np.ones(4), 0.0, 0.1, 8.0, np.zeros(3)), 0.1)
-    with pytest.raises(MessageError, match="a scan has no ranges"):
+    with pytest.raises(MessageError, match="a scan has no ranges|a scan.s angle_increment"):
         convert.scan_from_message(replace(scan, **change), np.zeros(3))
 
 
