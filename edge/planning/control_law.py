@@ -5,7 +5,7 @@ Egocentric coordinates of a target: distance r, θ = target heading − line of 
 """
 
 from dataclasses import dataclass
-from math import atan, atan2, cos, hypot, pi, sin, sqrt
+from math import atan, atan2, cos, hypot, pi, sin, sqrt, tau
 
 import numpy as np
 
@@ -69,77 +69,53 @@ def target_pose(pose, r, theta, delta):
     return np.stack([pose[0] + r * np.cos(line), pose[1] + r * np.sin(line), wrap(line + theta)], axis=-1)
 
 
-def velocities(r, theta, delta, v_max, config: ControlLawConfig):
-    """Commanded (v, ω) of the law for arrays of one shape, as ``egocentric`` gives them.
+def control_law(v_max: float, config: ControlLawConfig):
+    """The law with the speed ``v_max`` [m/s]: a function of ``egocentric``'s (r > 0, θ, δ) that returns (v, ω).
 
     κ = −[k₂(δ − atan(−k₁θ)) + (1 + k₁/(1 + (k₁θ)²)) sin δ] / r, v = v_max/(1 + βκ²) slowed towards the target, ω = κv.
     Two cases are added to the paper's law, which would crawl along wide arcs and is singular at the target: far off
     the manifold the robot turns on the spot first, and at the target it turns to the target's heading.
     """
-    k_theta = config.k1 * theta
-    off = delta + np.arctan(k_theta)
-    kappa = (config.k2 * off + (1.0 + config.k1 / (1.0 + k_theta * k_theta)) * np.sin(delta)) / -r
-    ramp = np.minimum(v_max * r / config.r_slow, np.sqrt(2.0 * config.acceleration * r))
-    v = np.minimum(v_max / (1.0 + config.beta * kappa * kappa), np.maximum(ramp, np.minimum(config.v_min, v_max)))
-    v = np.minimum(v, config.omega_max / np.maximum(np.abs(kappa), 1e-9))
-    on_spot = (r < config.r_align) | (np.abs(off) > config.turn_first)
-    turn = np.maximum(np.minimum(-config.turn_gain * off, config.turn_rate), -config.turn_rate)
-    return v * ~on_spot, np.where(on_spot, turn, kappa * v)
+    k1, k2, beta, v_low = config.k1, config.k2, config.beta, min(config.v_min, v_max)
+    r_align, r_slow, turn_first, two_a = config.r_align, config.r_slow, config.turn_first, 2.0 * config.acceleration
+    gain, rate, omega_max = config.turn_gain, config.turn_rate, config.omega_max
+
+    def velocities(r: float, theta: float, delta: float) -> tuple[float, float]:
+        k_theta = k1 * theta
+        off = delta + atan(k_theta)
+        if r < r_align or off > turn_first or off < -turn_first:
+            turn = -gain * off
+            return 0.0, rate if turn > rate else -rate if turn < -rate else turn
+        kappa = (k2 * off + (1.0 + k1 / (1.0 + k_theta * k_theta)) * sin(delta)) / -r
+        ramp, v = v_max * r / r_slow, v_max / (1.0 + beta * kappa * kappa)
+        if ramp < v or two_a * r < v * v:
+            v = min(v, max(min(ramp, sqrt(two_a * r)), v_low))
+        omega = kappa * v
+        if omega > omega_max or omega < -omega_max:
+            return omega_max / abs(kappa), omega_max if kappa > 0 else -omega_max
+        return v, omega
+
+    return velocities
 
 
 def roll_out(pose, twist, targets: np.ndarray, control_period: float, config: ControlLawConfig) -> RollOuts:
     """Closed-loop trajectories from one ``pose (3,)`` and ``twist (2,)`` to ``targets (N, 4)``: x, y, heading, v_max.
 
     The base follows the law as far as its accelerations allow. With a negative ``v_max`` it drives backwards, as a
-    robot that looks the other way would drive forwards. All N are simulated as one batch, in which a step takes
-    some sixty calls of numpy whatever N is.
+    robot that looks the other way would drive forwards. In plain floats, one after the other: for fewer than some
+    thirty targets that takes less time than arrays, whose every step is sixty calls of numpy whatever N is.
     """
-    tx, ty, th, v_max = np.asarray(targets, float).T
-    back, v_max = v_max < 0, np.abs(v_max)
-    facing = np.pi * back  # from the robot's heading to the direction that it drives in
-    sign = np.where(back, -1.0, 1.0)
-    th = th + facing
-    n, kept = len(tx), config.steps // config.every
-    states = np.empty((5, kept + 1, n))
-    states[:, 0] = np.array([*pose, *twist])[:, None]
-    x, y, heading, v, omega = states[:, 0].copy()
-    heading, v = heading + facing, v * sign
-    dt, dw = config.dt, config.angular_acceleration * config.dt
-    slower = config.brake * dt
-    faster = np.where(back, slower, config.acceleration * dt)
-    commanded = max(1, round(control_period / dt))
-    turn = 2.0 * np.pi
-    for step in range(1, config.steps + 1):
-        dx, dy = tx - x, ty - y
-        r = np.maximum(np.hypot(dx, dy), 1e-6)
-        line = np.where(r < config.r_align, th, np.arctan2(dy, dx))
-        theta, delta = th - line, heading - line
-        theta -= turn * np.floor(theta / turn + 0.5)  # `wrap` without its slow remainder
-        delta -= turn * np.floor(delta / turn + 0.5)
-        want_v, want_omega = velocities(r, theta, delta, v_max, config)
-        v = np.minimum(np.maximum(want_v, v - np.where(v > 0, slower, faster)), v + np.where(v < 0, slower, faster))
-        omega = np.minimum(np.maximum(want_omega, omega - dw), omega + dw)
-        middle = heading + 0.5 * dt * omega
-        x, y, heading = x + dt * v * np.cos(middle), y + dt * v * np.sin(middle), heading + dt * omega
-        if step == commanded:
-            command = np.stack([v * sign, omega], axis=-1)
-        if step % config.every == 0:
-            states[:, step // config.every] = x, y, heading - facing, v * sign, omega
-    return RollOuts(*np.ascontiguousarray(states.transpose(0, 2, 1)), command)
+    start = tuple(float(value) for value in (*pose, *twist))
+    rolled = [_roll_out_one(*start, *target, control_period, config) for target in np.asarray(targets, float).tolist()]
+    states, commands = zip(*rolled)
+    return RollOuts(*np.ascontiguousarray(np.array(states).transpose(2, 0, 1)), np.array(commands))
 
 
-def roll_out_one(pose, twist, target, control_period: float, config: ControlLawConfig) -> RollOuts:
-    """``roll_out`` for a single ``target (4,)``, as a sequential optimiser asks for it.
-
-    In plain floats, with comparisons instead of calls where it matters: over ten times faster than a batch of one.
-    """
-    tx, ty, th, v_max = (float(value) for value in target)
-    x, y, heading, v, omega = (float(value) for value in (*pose, *twist))
-    facing, sign = (pi, -1.0) if v_max < 0 else (0.0, 1.0)
-    th, heading, v, v_max = th + facing, heading + facing, v * sign, abs(v_max)
-    k1, k2, beta, v_low = config.k1, config.k2, config.beta, min(config.v_min, v_max)
-    r_align, r_slow, turn_first, two_a = config.r_align, config.r_slow, config.turn_first, 2.0 * config.acceleration
-    gain, rate, omega_max = config.turn_gain, config.turn_rate, config.omega_max
+def _roll_out_one(x, y, heading, v, omega, tx, ty, th, v_max, control_period, config):
+    """The states of one trajectory, a tuple for each evaluated time, and the command (v, ω)."""
+    facing, sign = (pi, -1.0) if v_max < 0 else (0.0, 1.0)  # from the robot's heading to where it drives
+    th, heading, v = th + facing, heading + facing, v * sign
+    law, r_align = control_law(abs(v_max), config), config.r_align
     dt, dw = config.dt, config.angular_acceleration * config.dt
     slower = config.brake * dt
     faster = slower if sign < 0 else config.acceleration * dt
@@ -149,21 +125,7 @@ def roll_out_one(pose, twist, target, control_period: float, config: ControlLawC
         dx, dy = tx - x, ty - y
         r = max(hypot(dx, dy), 1e-6)
         line = th if r < r_align else atan2(dy, dx)
-        theta = (th - line + pi) % (2 * pi) - pi
-        delta = (heading - line + pi) % (2 * pi) - pi
-        k_theta = k1 * theta
-        off = delta + atan(k_theta)
-        if r < r_align or off > turn_first or off < -turn_first:
-            want_v, want_omega = 0.0, -gain * off
-            want_omega = rate if want_omega > rate else -rate if want_omega < -rate else want_omega
-        else:
-            kappa = (k2 * off + (1.0 + k1 / (1.0 + k_theta * k_theta)) * sin(delta)) / -r
-            ramp, want_v = v_max * r / r_slow, v_max / (1.0 + beta * kappa * kappa)
-            if ramp < want_v or two_a * r < want_v * want_v:
-                want_v = min(want_v, max(min(ramp, sqrt(two_a * r)), v_low))
-            want_omega = kappa * want_v
-            if want_omega > omega_max or want_omega < -omega_max:
-                want_v, want_omega = omega_max / abs(kappa), omega_max if kappa > 0 else -omega_max
+        want_v, want_omega = law(r, (th - line + pi) % tau - pi, (heading - line + pi) % tau - pi)
         up, down = (slower if v < 0 else faster), (slower if v > 0 else faster)
         v = v + up if want_v > v + up else v - down if want_v < v - down else want_v
         omega = omega + dw if want_omega > omega + dw else omega - dw if want_omega < omega - dw else want_omega
@@ -173,4 +135,4 @@ def roll_out_one(pose, twist, target, control_period: float, config: ControlLawC
             command = (v * sign, omega)
         if step % config.every == 0:
             states.append((x, y, heading - facing, v * sign, omega))
-    return RollOuts(*np.array(states).T[:, None, :], np.array([command]))
+    return states, command

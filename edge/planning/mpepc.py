@@ -12,7 +12,7 @@ from edge.mapping.grid import GridFrame
 from edge.observation import STOP, Twist
 from edge.perception.movers import Mover
 from edge.planning.centring import CentringConfig, ImageTarget, centred, centring_cost, predict
-from edge.planning.control_law import ControlLawConfig, RollOuts, egocentric, roll_out, roll_out_one, target_pose
+from edge.planning.control_law import ControlLawConfig, RollOuts, egocentric, roll_out, target_pose
 from edge.planning.path_progress import PathProgress, ProgressConfig, distance_to_go
 from edge.planning.trajectory_cost import CostConfig, expected_cost, look_up, survival
 from edge.pose import wrap
@@ -32,7 +32,7 @@ class MpepcConfig:
     progress: ProgressConfig = field(default_factory=ProgressConfig)
     centring: CentringConfig = field(default_factory=CentringConfig)
     period: float = 0.1  # s between commands
-    evaluations: int = 12  # roll-outs of the refinement by COBYLA, 0.3 ms each; the batch before it costs as much
+    evaluations: int = 12  # roll-outs of the refinement by COBYLA, 0.3 ms each; those before it cost as much
     lookahead: tuple[float, ...] = (0.4, 0.8, 1.4, 2.2)  # m along the path, targets of the global start
     settle: float = 0.05  # m from the path's end, where the robot stops and turns to the final heading
     tolerance: float = 0.08  # m; here it settles too once it can only come nearer by turning round
@@ -186,7 +186,7 @@ class Mpepc:
 
         def objective(z, _gradient):
             candidate = np.array([*target_pose(pose, *z[:3]), z[3]])
-            one = roll_out_one(pose, state, candidate, config.period, law)
+            one = roll_out(pose, state, candidate[None], config.period, law)
             value = float(costs(one)[0])
             if value < best[0]:
                 best[:] = value, candidate, one
