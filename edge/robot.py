@@ -53,6 +53,7 @@ class Robot:
         self.frame: RgbdFrame | None = None  # the newest picture
         self._scan: LaserScan | None = None  # the newest lidar turn
         self._sought = -np.inf  # s, when a lost robot last looked for its place
+        self._placed = False  # whether a scan was mapped since the last picture was looked at: so may the next one be
         self._offered = np.array([1e9, 1e9, 0.0])  # pose of the last view offered
 
     def perceive(self, observation: Observation) -> None:
@@ -75,11 +76,13 @@ class Robot:
             # The first one, and those that the localizer has placed: where the robot stands they tell nothing new.
             if self.localizer.fits or self.grid.unknown.all():
                 self.grid.integrate_scan(self.in_map(scan.odom), scan)
+                self._placed = True
         if observation.bumper and not self.movers.touch(pose, self.config.radius):
             self.grid.integrate_contact(pose, self.config.radius)
         self.coverage.follow(self.grid.frame)
         self.frame = observation.frame
-        if self.frame is not None and not self.localizer.lost:
+        if self.frame is not None and self._placed and self.localizer.sure:
+            self._placed = False
             self._look(self.frame)
 
     def wake_in(self, grid: OccupancyGrid) -> None:

@@ -62,6 +62,11 @@ class Localizer:
         """Whether matches have failed for so long that only ``relocalize`` helps. A lost robot must not map."""
         return self._rejected >= self.config.lost_after
 
+    @property
+    def sure(self) -> bool:
+        """Whether no match has failed since the last good one; else the robot may be elsewhere than it believes."""
+        return self._rejected == 0
+
     def pose(self, odom: np.ndarray) -> np.ndarray:
         """Pose (3,) in the map of the base at ``odom`` (3,), now or at the stamp of any scan or frame."""
         return compose(self.map_from_odom, odom)

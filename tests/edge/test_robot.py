@@ -72,9 +72,9 @@ def test_driving_on_adds_both():
 
 def test_what_the_whole_picture_shows_to_be_known_is_not_looked_at_closely():
     robot, encoder = make_robot()
-    for step in range(14):
-        robot.perceive(observation(0.1 * step, x=0.03 * step))
-    # A node; a view after 12 cm, where a region might contradict it; views after 24 and 36 cm.
+    for step in range(8):
+        robot.perceive(observation(0.1 * step, x=0.055 * step))
+    # A node; a view after 17 cm, where a region might contradict it; views after 28 and 39 cm.
     assert encoder.pictures == 4 + 4 + 1 + 1 and len(robot.memory) == 1
 
 

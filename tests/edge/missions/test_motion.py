@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from edge.mapping.occupancy import OccupancyGrid
 from edge.missions.mission import Mission
 from edge.missions.motion import drive, length, turn
 from edge.pose import compose, wrap
@@ -125,3 +126,7 @@ def test_pushed_aside_it_knows_where_it_is_before_its_map_agrees_with_a_wrong_pl
     run(world, mission)
     assert mission.outcome is True
     np.testing.assert_allclose(robot.pose[:2], world.truth[:2], atol=0.05)
+    # Nor does its camera draw furniture where it is not, while it stands and until it knows.
+    old, grid = OccupancyGrid.from_bytes(known), robot.grid
+    places = grid.frame.to_world(*np.nonzero(grid.occupied))
+    assert old.clearance()[old.frame.to_cell(places)].max() < 0.15
