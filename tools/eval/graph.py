@@ -37,6 +37,7 @@ class DeadReckoning(Localizer):
     """Believes its wheels and nothing else."""
 
     def update(self, odom, scan, grid):
+        self.fits = scan is not None
         return self.pose(odom)
 
 

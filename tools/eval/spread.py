@@ -83,7 +83,7 @@ def save(result, file: Path) -> None:
     """Written whole or not at all."""
     file.parent.mkdir(parents=True, exist_ok=True)
     partial = file.with_suffix(".part")
-    partial.write_text(json.dumps(asdict(result), indent=1))
+    partial.write_text(json.dumps(asdict(result), separators=(",", ":")) + "\n")
     partial.rename(file)
 
 

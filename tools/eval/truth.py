@@ -28,6 +28,7 @@ class TrueLocalizer(Localizer):
     def update(self, odom, scan, grid):
         true = between(self._world.house.start, self._world.truth)
         self.move(self.pose(odom), true)
+        self.fits = scan is not None
         return true
 
 

