@@ -5,4 +5,5 @@ cd "$(dirname "$0")/.."
 bash tools/install.sh dev
 export OPENBLAS_NUM_THREADS=1 ORT_DISABLE_TELEMETRY=1
 .venv/bin/ruff check .
-exec .venv/bin/python -m pytest "$@"
+# Files, not tests: what a file's tests share is made once.
+exec .venv/bin/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile "$@"
