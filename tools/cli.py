@@ -28,9 +28,6 @@ eval_app = typer.Typer(help="Measure how well the whole system, or a part of it,
 app.add_typer(models_app, name="models")
 app.add_typer(eval_app, name="eval")
 
-# For commands whose module reads its own arguments, --help included.
-_PASSED_ON = {"allow_extra_args": True, "ignore_unknown_options": True}
-
 NOT_FOUND, CUT_SHORT, DIFFERS, MISTAKE, INTERRUPTED = 1, 1, 1, 2, 130  # exit codes
 
 _LINK_FLAGS = ("--connect", "-e", "--listen", "-l", "--mode", "-m", "--config", "-c", "--no-multicast-scouting")
@@ -85,82 +82,36 @@ def _become(module: str, arguments: list[str]) -> None:
     os.execv(sys.executable, [sys.executable, "-P", "-m", module, *arguments])
 
 
-@app.command(context_settings=_PASSED_ON, add_help_option=False)
-def sim(context: typer.Context) -> None:
-    """Run the simulated base in a furnished home (vlpg sim --help)."""
-    _join("firmware_sim.node", context.args, "--listen")
+def _part(command: str, module: str, summary: str, flag: str = "") -> None:
+    """Adds a command whose module reads its own arguments, --help included; with a ``flag`` it meets the others."""
+    *group, name = command.split()
+
+    @(eval_app if group else app).command(
+        name,
+        help=f"{summary} (vlpg {command} --help).",
+        context_settings={"allow_extra_args": True, "ignore_unknown_options": True},
+        add_help_option=False,
+    )
+    def run(context: typer.Context) -> None:
+        if flag:
+            _join(module, context.args, flag)
+        else:
+            _become(module, context.args)
 
 
-@app.command(context_settings=_PASSED_ON, add_help_option=False)
-def robot(context: typer.Context) -> None:
-    """Run the robot: maps the home it wakes up in, then answers (vlpg robot --help)."""
-    _join("edge.node", context.args, "--connect")
-
-
-@app.command(context_settings=_PASSED_ON, add_help_option=False)
-def host(context: typer.Context) -> None:
-    """Run the host, which takes work off robots (vlpg host --help)."""
-    _join("host.node", context.args, "--connect")
-
-
-@app.command(context_settings=_PASSED_ON, add_help_option=False)
-def doctor(context: typer.Context) -> None:
-    """Look whether this machine can run the robot, and say what to do if not (vlpg doctor --help)."""
-    _join("edge.doctor", context.args, "--connect")
-
-
-@app.command(context_settings=_PASSED_ON, add_help_option=False)
-def deploy(context: typer.Context) -> None:
-    """Put the robot on a board (vlpg deploy --help)."""
-    _become("tools.deploy.command", context.args)
-
-
-@eval_app.command("find", context_settings=_PASSED_ON, add_help_option=False)
-def eval_find(context: typer.Context) -> None:
-    """Find everything in many homes and count (vlpg eval find --help)."""
-    _become("tools.eval.find", context.args)
-
-
-@eval_app.command("confidence", context_settings=_PASSED_ON, add_help_option=False)
-def eval_confidence(context: typer.Context) -> None:
-    """Tell how far the confidence of claims can be believed, and fit it (vlpg eval confidence --help)."""
-    _become("tools.eval.confidence", context.args)
-
-
-@eval_app.command("encoder", context_settings=_PASSED_ON, add_help_option=False)
-def eval_encoder(context: typer.Context) -> None:
-    """Name pictures of objects the encoder was never trained on (vlpg eval encoder --help)."""
-    _become("tools.eval.encoder", context.args)
-
-
-@eval_app.command("graph", context_settings=_PASSED_ON, add_help_option=False)
-def eval_graph(context: typer.Context) -> None:
-    """Straighten the graph of a robot that drifts (vlpg eval graph --help)."""
-    _become("tools.eval.graph", context.args)
-
-
-@eval_app.command("life", context_settings=_PASSED_ON, add_help_option=False)
-def eval_life(context: typer.Context) -> None:
-    """Change homes between tours, and count what the memory still gets right (vlpg eval life --help)."""
-    _become("tools.eval.life", context.args)
-
-
-@eval_app.command("objectnav", context_settings=_PASSED_ON, add_help_option=False)
-def eval_objectnav(context: typer.Context) -> None:
-    """Find things in homes never seen before and count (vlpg eval objectnav --help)."""
-    _become("tools.eval.objectnav.command", context.args)
-
-
-@eval_app.command("overlay", context_settings=_PASSED_ON, add_help_option=False)
-def eval_overlay(context: typer.Context) -> None:
-    """Draw a search through an unknown home, step by step (vlpg eval overlay --help)."""
-    _become("tools.eval.objectnav.overlay", context.args)
-
-
-@app.command(context_settings=_PASSED_ON, add_help_option=False)
-def bench(context: typer.Context) -> None:
-    """Measure speed and memory on this machine (vlpg bench --help)."""
-    _become("tools.bench.command", context.args)
+_part("sim", "firmware_sim.node", "Run the simulated base in a furnished home", "--listen")
+_part("robot", "edge.node", "Run the robot: maps the home it wakes up in, then answers", "--connect")
+_part("host", "host.node", "Run the host, which takes work off robots", "--connect")
+_part("doctor", "edge.doctor", "Look whether this machine can run the robot, and say what to do if not", "--connect")
+_part("deploy", "tools.deploy.command", "Put the robot on a board")
+_part("bench", "tools.bench.command", "Measure speed and memory on this machine")
+_part("eval find", "tools.eval.find", "Find everything in many homes and count")
+_part("eval confidence", "tools.eval.confidence", "Tell how far the confidence of claims can be believed, and fit it")
+_part("eval encoder", "tools.eval.encoder", "Name pictures of objects the encoder was never trained on")
+_part("eval graph", "tools.eval.graph", "Straighten the graph of a robot that drifts")
+_part("eval life", "tools.eval.life", "Change homes between tours, and count what the memory still gets right")
+_part("eval objectnav", "tools.eval.objectnav.command", "Find things in homes never seen before and count")
+_part("eval overlay", "tools.eval.objectnav.overlay", "Draw a search through an unknown home, step by step")
 
 
 @app.command()
