@@ -1,51 +1,30 @@
-"""``vlpg find``, ``vlpg tour``, ``vlpg status``: a question to a robot that runs, and its answer in words."""
+"""``vlpg find``, ``tour``, ``status`` and ``cancel``: a question to a robot that runs, and its answer in words."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+import argparse
+import sys
+from contextlib import suppress
 from math import degrees
 from pathlib import Path
 
 from edge.link.exchange import NoAnswer
 from edge.link.requests import FindReply, RequestError
-from edge.link.session import LinkConfig, LinkError, open_session
-from tools.robot_client import Call, RobotClient
+from edge.link.session import LinkError, add_link_arguments, link_config, open_session
+from tools.robot_client import NAME, Call, RobotClient
 
-MODES = ("peer", "client", "router")
 LOST = "lost: it does not find its place in its map"
 GUESSES = 3  # told when the object is not in memory
+INTERRUPTED = 130  # exit code
+SUMMARIES = {
+    "find": "Ask the robot to find something; Ctrl-C calls it off. Exit code 0: found, 1: not found.",
+    "tour": "Let the robot look at its whole home again, so that it learns what has changed. It takes minutes; Ctrl-C "
+    "calls it off. Exit code 0: it has seen all, 1: it was cut short.",
+    "status": "What the robot is doing, where it is, and how it fares.",
+    "cancel": "Stop what the robot is doing: a search, or a tour of its home.",
+}
 
 
 class AskError(ValueError):
     """A question that makes no sense, or an answer that cannot be kept; the message says why."""
-
-
-def mistakes() -> tuple[type[Exception], ...]:
-    """What may go wrong for a reason that the user can do something about."""
-    return AskError, LinkError, NoAnswer, RequestError
-
-
-@contextmanager
-def robot_at(name, connect, listen, mode, config, no_multicast) -> Iterator[RobotClient]:
-    """The robot ``name``, over a zenoh session with these flags; without any, over the meeting place.
-
-    Raises AskError or LinkError.
-    """
-    from tools.cli import MEETING_PLACE
-
-    if mode is not None and mode not in MODES:
-        raise AskError(f"--mode is one of {', '.join(MODES)}, not {mode}")
-    link = LinkConfig(tuple(connect or ()), tuple(listen or ()), mode, config, not no_multicast)
-    if link == LinkConfig():
-        # A client notices at once when nobody listens there.
-        link = LinkConfig((MEETING_PLACE,), mode="client", multicast_scouting=False)
-    with open_session(link) as session:
-        yield RobotClient(session, name)
-
-
-def check_words(words: str) -> None:
-    """Raises AskError for a question about nothing."""
-    if not words.strip():
-        raise AskError('say what to find, for example: vlpg find "the teddy bear"')
 
 
 def find(robot: RobotClient, words: str, search: bool, explore: bool, picture: Path | None) -> bool:
@@ -144,3 +123,48 @@ def status(robot: RobotClient) -> None:
         lines["problem"] = reply.problem
     for name, text in lines.items():
         print(f"{name:8} {text}")
+
+
+def cancel(robot: RobotClient) -> None:
+    """Stop what the robot is doing."""
+    print("cancelled" if robot.cancel() else "there was nothing to cancel")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="vlpg")
+    questions = parser.add_subparsers(dest="question", required=True)
+    for name, summary in SUMMARIES.items():
+        question = questions.add_parser(name, description=summary)
+        question.add_argument("--name", default=NAME, help="key root of the robot (default: %(default)s)")
+        add_link_arguments(question)
+    find = questions.choices["find"]
+    find.add_argument("words", nargs="+", metavar="OBJECT", help='what to find, such as "the teddy bear"')
+    find.add_argument("--search", action="store_true", help="look at guesses too; answer with the best")
+    find.add_argument("--explore", action="store_true", help="do not ask the memory; explore, as in a home never seen")
+    find.add_argument("--picture", type=Path, metavar="FILE", help="write the robot's last picture, with its box")
+    return parser
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Ends with an exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        words = " ".join(options.words).strip() if options.question == "find" else ""
+        if options.question == "find" and not words:
+            raise AskError('say what to find, for example: vlpg find "the teddy bear"')
+        with open_session(link_config(options)) as session:
+            robot = RobotClient(session, options.name)
+            if options.question == "find":
+                done = find(robot, words, options.search, options.explore, options.picture)
+            else:
+                done = {"tour": tour, "status": status, "cancel": cancel}[options.question](robot)
+    except (AskError, LinkError, NoAnswer, RequestError) as error:
+        print(f"vlpg {options.question}: {error}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+    sys.exit(done is False)
+
+
+if __name__ == "__main__":
+    main()

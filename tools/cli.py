@@ -28,20 +28,9 @@ eval_app = typer.Typer(help="Measure how well the whole system, or a part of it,
 app.add_typer(models_app, name="models")
 app.add_typer(eval_app, name="eval")
 
-NOT_FOUND, CUT_SHORT, DIFFERS, MISTAKE, INTERRUPTED = 1, 1, 1, 2, 130  # exit codes
+DIFFERS, MISTAKE, INTERRUPTED = 1, 2, 130  # exit codes
 
 _LINK_FLAGS = ("--connect", "-e", "--listen", "-l", "--mode", "-m", "--config", "-c", "--no-multicast-scouting")
-
-Name = Annotated[str, typer.Option(help="key root of the robot")]
-Connect = Annotated[
-    list[str] | None, typer.Option("--connect", "-e", metavar="ENDPOINT", help=f"default: {MEETING_PLACE}")
-]
-Listen = Annotated[list[str] | None, typer.Option("--listen", "-l", metavar="ENDPOINT", help="endpoint to listen on")]
-Mode = Annotated[str | None, typer.Option("--mode", "-m", help="zenoh session mode: peer, client or router")]
-Config = Annotated[
-    Path | None, typer.Option("--config", "-c", metavar="FILE", help="zenoh configuration file (JSON5)")
-]
-NoMulticast = Annotated[bool, typer.Option("--no-multicast-scouting", help="use the stated endpoints only")]
 
 
 def main() -> None:
@@ -61,11 +50,11 @@ def _explained(*mistakes: type[Exception]) -> Iterator[None]:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def _join(module: str, arguments: list[str], flag: str) -> None:
-    """``_become`` a part of the system; without zenoh flags it meets the others of this machine."""
+def _join(program: str, arguments: list[str], meeting: tuple[str, ...]) -> None:
+    """``_become`` a part of the system; without zenoh flags, with those of the ``meeting``."""
     if not any(_is_link_flag(argument) for argument in arguments):
-        arguments = [*arguments, flag, MEETING_PLACE, "--no-multicast-scouting"]
-    _become(module, arguments)
+        arguments = [*arguments, *meeting]
+    _become(program, arguments)
 
 
 def _is_link_flag(argument: str) -> bool:
@@ -74,16 +63,19 @@ def _is_link_flag(argument: str) -> bool:
     return argument.startswith("-") and argument[:2] in _LINK_FLAGS  # -etcp/… as well as -e tcp/…
 
 
-def _become(module: str, arguments: list[str]) -> None:
-    """Replace this process by ``python -m module``: on a small robot, nothing of the command line stays in memory."""
+def _become(program: str, arguments: list[str]) -> None:
+    """Replace this process by ``python -m program``: on a small robot, nothing of the command line stays in memory."""
     os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads' stacks are 176 MB of address space
     sys.stdout.flush()
-    os.execv(sys.executable, [sys.executable, "-P", "-m", module, *arguments])
+    os.execv(sys.executable, [sys.executable, "-P", "-m", *program.split(), *arguments])
 
 
-def _part(command: str, module: str, summary: str, flag: str = "") -> None:
-    """Adds a command whose module reads its own arguments, --help included; with a ``flag`` it meets the others."""
+def _part(command: str, program: str, summary: str, meeting: tuple[str, ...] = ()) -> None:
+    """Adds a command that is a ``program`` of its own, a module and what comes first of its arguments.
+
+    It reads the others itself, --help included. Where it has a ``meeting``, it needs zenoh flags.
+    """
     *group, name = command.split()
 
     @(eval_app if group else app).command(
@@ -93,18 +85,23 @@ def _part(command: str, module: str, summary: str, flag: str = "") -> None:
         add_help_option=False,
     )
     def run(context: typer.Context) -> None:
-        if flag:
-            _join(module, context.args, flag)
-        else:
-            _become(module, context.args)
+        _join(program, context.args, meeting)
 
 
-_part("sim", "firmware_sim.node", "Run the simulated base in a furnished home", "--listen")
-_part("robot", "edge.node", "Run the robot: maps the home it wakes up in, then answers", "--connect")
-_part("host", "host.node", "Run the host, which takes work off robots", "--connect")
-_part("doctor", "edge.doctor", "Look whether this machine can run the robot, and say what to do if not", "--connect")
+_THERE = (MEETING_PLACE, "--no-multicast-scouting")
+_CONNECT = ("--connect", *_THERE)
+_ASK = (*_CONNECT, "--mode", "client")  # a client notices at once when nobody listens there
+
+_part("sim", "firmware_sim.node", "Run the simulated base in a furnished home", ("--listen", *_THERE))
+_part("robot", "edge.node", "Run the robot: maps the home it wakes up in, then answers", _CONNECT)
+_part("host", "host.node", "Run the host, which takes work off robots", _CONNECT)
+_part("doctor", "edge.doctor", "Look whether this machine can run the robot, and say what to do if not", _CONNECT)
 _part("deploy", "tools.deploy.command", "Put the robot on a board")
 _part("bench", "tools.bench.command", "Measure speed and memory on this machine")
+_part("find", "tools.ask find", "Ask the robot to find something", _ASK)
+_part("tour", "tools.ask tour", "Let the robot look at its whole home again, so that it learns what has changed", _ASK)
+_part("status", "tools.ask status", "What the robot is doing, where it is, and how it fares", _ASK)
+_part("cancel", "tools.ask cancel", "Stop what the robot is doing: a search, or a tour of its home", _ASK)
 _part("eval find", "tools.eval.find", "Find everything in many homes and count")
 _part("eval confidence", "tools.eval.confidence", "Tell how far the confidence of claims can be believed, and fit it")
 _part("eval encoder", "tools.eval.encoder", "Name pictures of objects the encoder was never trained on")
@@ -112,81 +109,6 @@ _part("eval graph", "tools.eval.graph", "Straighten the graph of a robot that dr
 _part("eval life", "tools.eval.life", "Change homes between tours, and count what the memory still gets right")
 _part("eval objectnav", "tools.eval.objectnav.command", "Find things in homes never seen before and count")
 _part("eval overlay", "tools.eval.objectnav.overlay", "Draw a search through an unknown home, step by step")
-
-
-@app.command()
-def find(
-    words: Annotated[str, typer.Argument(metavar="OBJECT", help='what to find, such as "the teddy bear"')],
-    search: Annotated[bool, typer.Option("--search", help="look at guesses too; answer with the best")] = False,
-    explore: Annotated[
-        bool, typer.Option("--explore", help="do not ask the memory; explore, as in a home never seen")
-    ] = False,
-    picture: Annotated[Path | None, typer.Option(help="write the robot's last picture, with its box, there")] = None,
-    name: Name = "robot1",
-    connect: Connect = None,
-    listen: Listen = None,
-    mode: Mode = None,
-    config: Config = None,
-    no_multicast_scouting: NoMulticast = False,
-) -> None:
-    """Ask the robot to find something; Ctrl-C calls it off. Exit code 0: found, 1: not found."""
-    from tools.ask import check_words, find, mistakes, robot_at
-
-    with _explained(*mistakes()):
-        check_words(words)
-        with robot_at(name, connect, listen, mode, config, no_multicast_scouting) as robot:
-            raise typer.Exit(0 if find(robot, words, search, explore, picture) else NOT_FOUND)
-
-
-@app.command()
-def tour(
-    name: Name = "robot1",
-    connect: Connect = None,
-    listen: Listen = None,
-    mode: Mode = None,
-    config: Config = None,
-    no_multicast_scouting: NoMulticast = False,
-) -> None:
-    """Let the robot look at its whole home again, so that it learns what has changed.
-
-    Takes minutes; Ctrl-C calls it off. Exit code 0: it has seen all, 1: it was cut short.
-    """
-    from tools.ask import mistakes, robot_at, tour
-
-    with _explained(*mistakes()), robot_at(name, connect, listen, mode, config, no_multicast_scouting) as robot:
-        raise typer.Exit(0 if tour(robot) else CUT_SHORT)
-
-
-@app.command()
-def status(
-    name: Name = "robot1",
-    connect: Connect = None,
-    listen: Listen = None,
-    mode: Mode = None,
-    config: Config = None,
-    no_multicast_scouting: NoMulticast = False,
-) -> None:
-    """What the robot is doing, where it is, and how it fares."""
-    from tools.ask import mistakes, robot_at, status
-
-    with _explained(*mistakes()), robot_at(name, connect, listen, mode, config, no_multicast_scouting) as robot:
-        status(robot)
-
-
-@app.command()
-def cancel(
-    name: Name = "robot1",
-    connect: Connect = None,
-    listen: Listen = None,
-    mode: Mode = None,
-    config: Config = None,
-    no_multicast_scouting: NoMulticast = False,
-) -> None:
-    """Stop what the robot is doing: a search, or a tour of its home."""
-    from tools.ask import mistakes, robot_at
-
-    with _explained(*mistakes()), robot_at(name, connect, listen, mode, config, no_multicast_scouting) as robot:
-        typer.echo("cancelled" if robot.cancel() else "there was nothing to cancel")
 
 
 @app.command()
