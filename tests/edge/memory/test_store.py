@@ -210,21 +210,21 @@ def test_bytes_on_disk_and_in_ram_per_vector(tmp_path):
 import os, re, sys, numpy as np
 from edge.memory.store import Vlpg, VlpgConfig
 from edge.memory.gate import GateConfig
-def pss():
-    return int(re.search(r"Pss:\\s+(\\d+)", open("/proc/self/smaps_rollup").read())[1]) * 1024
+def resident():  # not PSS: that also grows when another process ends that shared a library with this one
+    return int(re.search(r"Rss:\\s+(\\d+)", open("/proc/self/smaps_rollup").read())[1]) * 1024
 rng = np.random.default_rng(0)
 warm = Vlpg.open(":memory:", "tower", "d", {dim}, VlpgConfig(gate=GateConfig(policy="dense")))
 for n in range(20):
     warm.add(n, (n, 0, 0), np.eye(3), rng.normal(size=(1, {dim})), [0.0])
 warm.search(np.ones({dim}), 50)
-before = pss()
+before = resident()
 store = Vlpg.open(sys.argv[1], "tower", "d", {dim}, VlpgConfig(gate=GateConfig(policy="dense"), limit={nodes}))
 for n in range({nodes}):
     store.add(n, (n, 0, 0), np.eye(3), rng.normal(size=(1, {dim})), [0.0])
 store.search(np.ones({dim}), 50)
 store.flush()
 disk = sum(os.path.getsize(sys.argv[1] + tail) for tail in ("", "-wal"))
-print(store.nbytes, pss() - before, disk)
+print(store.nbytes, resident() - before, disk)
 """
     run = subprocess.run([sys.executable, "-c", script, path], capture_output=True, text=True, timeout=60, check=True)
     arrays, grown, disk = (int(word) for word in run.stdout.split())
