@@ -14,6 +14,7 @@ from edge.memory.database import PER_NODE
 
 _FIRST_ROWS = 64
 _SPARE = 8  # rows scored again beyond those asked for and a quarter of them
+_FOLDS = 16  # values of which one stands for all while the least of the largest is sought
 _SLACK = 8  # the matrix grows by 1/8: enough to amortise the copies, little enough to stay under 1.5 x the embedding
 
 
@@ -109,7 +110,7 @@ class Vectors:
         coarse, _ = self._dots(direction, peak)
         if self._dead:
             coarse[~self._answers[: self._count]] = -np.inf
-        rows = _largest(coarse, min(k + k // 4 + _SPARE, len(self)))
+        rows = largest(coarse, min(k + k // 4 + _SPARE, len(self)))
         scores = (self._matrix.take(rows, axis=0).astype(np.float32) @ direction) * self._scales[rows]
         best = (-scores).argsort(kind="stable")[:k]
         rows = rows[best]
@@ -190,14 +191,15 @@ class Vectors:
         self._count, self._dead = kept, 0
 
 
-def _largest(values, k):
-    """Indices of the ``k`` largest of ``values``, in no order; of equal ones, the first.
+def largest(values, k):
+    """Indices of the ``k`` largest of ``values``, largest first; of equal ones, the first.
 
-    By value, as ``argpartition`` would fetch fresh pages for 8 bytes a value in each search: a fifth of its time.
+    Of every ``_FOLDS`` values the largest is kept; at least ``k`` values reach the k-th largest of those, and few more.
+    That leaves a sixteenth to be partitioned, which was a fifth of a search. Values that follow each other, as those of
+    one place do, are kept apart.
     """
-    least = np.partition(values, len(values) - k)[len(values) - k]
+    width = len(values) // _FOLDS
+    folded = values[: _FOLDS * width].reshape(_FOLDS, width).max(axis=0) if width >= k else values
+    least = np.partition(folded, len(folded) - k)[len(folded) - k]
     rows = np.flatnonzero(values >= least)
-    if len(rows) > k:
-        above = values[rows] > least
-        rows = np.concatenate([rows[above], rows[~above][: k - above.sum()]])
-    return rows
+    return rows[(-values[rows]).argsort(kind="stable")[:k]]

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from edge.memory.vectors import Vectors, quantize
+from edge.memory.vectors import Vectors, largest, quantize
 
 
 def unit(rng, n, dim):
@@ -50,6 +50,17 @@ def test_of_equal_views_the_first_are_found():
     rows = np.repeat(unit(np.random.default_rng(5), 2, 8), 40, axis=0)  # two pictures, each seen 40 times
     assert filled(rows).search(rows[0], 50).ids[:40].tolist() == list(range(40))
     assert filled(rows).search(np.zeros(8), 50).ids.tolist() == list(range(50))
+
+
+@settings(deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 3000), st.integers(1, 80), st.integers(1, 10_000), st.booleans())
+def test_the_largest_of_many_with_ties(seed, n, k, distinct, alike_together):
+    rng = np.random.default_rng(seed)
+    values = rng.integers(0, distinct, n).astype(np.float32)
+    values[rng.random(n) < 0.1] = -np.inf  # forgotten
+    values = np.sort(values)[::-1] if alike_together else values
+    k = min(k, n)
+    assert largest(values, k).tolist() == sorted(range(n), key=lambda row: -values[row])[:k]
 
 
 def test_recall_at_50_of_twenty_thousand():
