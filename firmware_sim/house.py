@@ -132,9 +132,7 @@ class House:
         entries = []
         for thing in self.objects.values():
             elevation = None if thing.on is not None or thing.elevation == 0.0 else thing.elevation
-            entries.append(
-                ObjectEntry(thing.id, thing.model.id, (thing.x, thing.y), thing.yaw, thing.on, elevation)
-            )
+            entries.append(ObjectEntry(thing.id, thing.model.id, (thing.x, thing.y), thing.yaw, thing.on, elevation))
         plan = self.plan
         file = HouseFile(
             self.name, plan.rooms, plan.walls, plan.doors, entries, tuple(self.start.tolist()), self.wall_height

@@ -18,7 +18,7 @@ from edge.link.requests import (
 
 def areas(robot):
     """Free floor [m2] that is known, and how much of it the camera has looked at."""
-    cell = robot.grid.frame.resolution ** 2
+    cell = robot.grid.frame.resolution**2
     free, viewed = robot.grid.free, robot.coverage.viewed
     seen = np.count_nonzero(free & viewed.view(bool)) if viewed.shape == free.shape else 0
     return float(np.count_nonzero(free) * cell), float(seen * cell)

@@ -31,9 +31,7 @@ class CentringConfig:
 CONFIG = CentringConfig()
 
 
-def centre(
-    robot: Robot, detector: Detector, sought: Target, first: Sighting, config: CentringConfig = CONFIG
-) -> Story:
+def centre(robot: Robot, detector: Detector, sought: Target, first: Sighting, config: CentringConfig = CONFIG) -> Story:
     """Approach until near and centred; the last ``Sighting``, or None when the object was lost on the way."""
     controller = controller_for(robot)
     tracker = BoxTracker()

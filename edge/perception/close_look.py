@@ -17,9 +17,7 @@ from edge.perception.encoder import View
 WINDOWS = ((0.0, 0.375, 0.5, 1.0), (0.25, 0.375, 0.75, 1.0), (0.5, 0.375, 1.0, 1.0))
 
 
-def look_closely(
-    encoder, rgb: np.ndarray, whole: View | None = None, hfov: float = CameraModel.hfov
-) -> Iterator[View]:
+def look_closely(encoder, rgb: np.ndarray, whole: View | None = None, hfov: float = CameraModel.hfov) -> Iterator[View]:
     """Views of RGB ``(H, W, 3)``: the ``whole`` (encoded unless given), then the windows from left to right.
 
     One at a time: with its maps a view takes 0.6 MB, which few need of more than one.

@@ -96,7 +96,7 @@ def _clear(traversable: np.ndarray, frame: GridFrame, a: np.ndarray, b: np.ndarr
     """Whether the line between two points [m] inside the grid runs through traversable cells only."""
     ends = (np.stack([a, b]) - frame.origin) / frame.resolution
     cuts = [np.array([0.0, 1.0])]
-    for (from_, to) in ends.T:
+    for from_, to in ends.T:
         if from_ != to:
             borders = np.arange(np.ceil(min(from_, to)), np.floor(max(from_, to)) + 1)
             cuts.append((borders - from_) / (to - from_))

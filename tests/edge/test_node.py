@@ -235,9 +235,7 @@ def test_one_thing_at_a_time_and_cancel(rig):
     rig = rig(missions(find_steps=10**6), mapped=True)
     rig.until(lambda: rig.status().stamp > 0)
     answer = []
-    asking = threading.Thread(
-        target=lambda: answer.append(rig.ask("find", requests.Find("cup"), requests.FindReply))
-    )
+    asking = threading.Thread(target=lambda: answer.append(rig.ask("find", requests.Find("cup"), requests.FindReply)))
     asking.start()
     rig.until(lambda: rig.status().state == "finding")
     with pytest.raises(RequestError, match="looking for cup.*cancel"):

@@ -24,8 +24,6 @@ class HomeResult:
     episodes: list[Episode]
 
 
-
-
 @dataclass(frozen=True, slots=True)
 class Plan:
     """What is asked in each home."""

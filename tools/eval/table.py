@@ -98,8 +98,9 @@ def margins(episodes: list[Episode], best: str = "vlpg-nav") -> dict[str, tuple[
         if other == mine or not pairs:
             continue
         homes = [mine.home for mine, _ in pairs]
-        parts = ([e.success for e in side] for side in zip(*pairs)), (
-            sae_terms([e.success for e in side], [e.angular_error for e in side]) for side in zip(*pairs)
+        parts = (
+            ([e.success for e in side] for side in zip(*pairs)),
+            (sae_terms([e.success for e in side], [e.angular_error for e in side]) for side in zip(*pairs)),
         )
         found[other] = tuple(Figure.of(np.subtract(*map(np.asarray, part), dtype=float), homes) for part in parts)
     return found

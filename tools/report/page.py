@@ -159,7 +159,7 @@ def _memory(run: Run) -> str:
         "1 MB = 10⁶ bytes. From /proc/&lt;pid&gt;/smaps_rollup, twice a second; PSS divides a page by the number of "
         "processes that share it."
     )
-    table = f'<p>{_TEXT[run.offload]}</p>{_table("memory", head, rows)}'
+    table = f"<p>{_TEXT[run.offload]}</p>{_table('memory', head, rows)}"
     return f'{table}{memory_chart(run.processes, budget)}<p class="quiet">{source}</p>'
 
 

@@ -24,8 +24,7 @@ NOTHING = "A photo of something else"  # the second prompt of [V] Eq. 2
 _NOT_NAMES = frozenset(
     "outdoor indoor exterior interior deck patio garden kid kids child children double single dining dinner appliance "
     "electronics food drink decoration decorative nature office school sport hygiene clothing person people game "
-    "electricity equipment accessory accessories summer winter home house wood wooden metal design modern set"
-    .split()
+    "electricity equipment accessory accessories summer winter home house wood wooden metal design modern set".split()
 )
 # Words before a noun that make it no other thing: an orange chair is a chair.
 _COLOURS = frozenset(

@@ -29,9 +29,7 @@ def test_nodes_that_move_as_one_move_the_map_rigidly(correction):
     rows, cols = np.meshgrid(np.arange(20, 140, 7), np.arange(20, 180, 7), indexing="ij")
     old = np.column_stack([column[rows, cols].ravel(), row[rows, cols].ravel()])
     old_points = FRAME.to_world(old[:, 1], old[:, 0])
-    np.testing.assert_allclose(
-        transform(correction, old_points), FRAME.to_world(rows.ravel(), cols.ravel()), atol=2e-3
-    )
+    np.testing.assert_allclose(transform(correction, old_points), FRAME.to_world(rows.ravel(), cols.ravel()), atol=2e-3)
 
 
 def test_each_end_of_a_map_goes_with_its_own_nodes():

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 
 from edge.memory.gate import GateConfig, is_known, judge
 
-CONFIG = GateConfig("novel", 0.9, distance=0.5, angle=radians(30), same_distance=0.2, same_angle=radians(8),
-    disagreement=0.6)
+CONFIG = GateConfig(
+    "novel", 0.9, distance=0.5, angle=radians(30), same_distance=0.2, same_angle=radians(8), disagreement=0.6
+)
 HERE = np.array([0.0, 0.0, 0.0])
 
 

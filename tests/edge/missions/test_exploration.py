@@ -21,9 +21,7 @@ def by_mean(means, variances, distances):
 def explorer(noun="couch", start=None):
     world = World(House.from_dict(PLAN), 0, start=start)
     robot = make_robot(world)
-    exploration = Exploration(
-        robot, Target.of(noun, robot.encoder), robot.encoder.encode_text(ensemble(noun)), by_mean
-    )
+    exploration = Exploration(robot, Target.of(noun, robot.encoder), robot.encoder.encode_text(ensemble(noun)), by_mean)
     robot.perceive(world.step(None))
     exploration.take_in()
     return world, robot, exploration

@@ -8,9 +8,9 @@ from scipy.stats import norm
 
 from edge.planning.acquisition import expected_improvement, upper_confidence_bound
 
-beliefs = st.lists(
-    st.tuples(st.floats(0, 1), st.floats(0, 0.5)), min_size=1, max_size=12
-).map(lambda pairs: np.array(pairs).T)
+beliefs = st.lists(st.tuples(st.floats(0, 1), st.floats(0, 0.5)), min_size=1, max_size=12).map(
+    lambda pairs: np.array(pairs).T
+)
 
 
 @given(beliefs)

@@ -81,9 +81,7 @@ def test_observed_leaves_a_fifth_in_view_and_nothing_else_changes(home):
 
 def test_next_pose_is_reachable_inside_the_map_and_deterministic(home):
     occupied, free, reachable, clearance = home
-    poses = [
-        search_in(home).next_pose(VIEWS[0], reachable, clearance, FRAME, Random(4)) for _ in range(2)
-    ]
+    poses = [search_in(home).next_pose(VIEWS[0], reachable, clearance, FRAME, Random(4)) for _ in range(2)]
     np.testing.assert_array_equal(*poses)
     assert reachable[FRAME.to_cell(poses[0][:2])]
     assert np.abs(poses[0][:2]).max() <= 3.0
@@ -170,6 +168,7 @@ def test_gives_up(home):
     views = [search.next_pose(VIEWS[0], reachable, clearance, FRAME, rng) for _ in range(3)]
     assert views[0] is not None and views[1] is not None and views[2] is None
     search.probability[:] = 0
-    assert search_in(home, config=LocalSearchConfig(worthwhile=1.1)).next_pose(
-        VIEWS[0], reachable, clearance, FRAME, rng
-    ) is None
+    assert (
+        search_in(home, config=LocalSearchConfig(worthwhile=1.1)).next_pose(VIEWS[0], reachable, clearance, FRAME, rng)
+        is None
+    )

@@ -110,9 +110,7 @@ def test_equal_sizes_rank_by_mean_score():
     rng = np.random.default_rng(2)
     poses = np.concatenate([around(0, 0, 0, 5, rng), around(3, 2, 0, 5, rng)])
     scores = np.concatenate([np.full(5, 0.4), np.full(5, 0.5)])
-    ranked = rank_viewpoints(
-        poses, scores, np.zeros(FRAME.shape, bool), FRAME, CAMERA, ViewpointConfig(ranking="size")
-    )
+    ranked = rank_viewpoints(poses, scores, np.zeros(FRAME.shape, bool), FRAME, CAMERA, ViewpointConfig(ranking="size"))
     assert ranked[0].score == pytest.approx(0.5)
 
 

@@ -50,4 +50,3 @@ def test_saliency_lies_on_the_thing(world, encoder):
     cells = encoder.CELLS
     assert rows.min() <= (peak[0] + 0.5) * 240 / cells[0] <= rows.max()
     assert cols.min() <= (peak[1] + 0.5) * 320 / cells[1] <= cols.max()
-

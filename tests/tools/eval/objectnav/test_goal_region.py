@@ -49,9 +49,7 @@ def test_the_shortest_way_is_as_short_as_dijkstras_and_no_shorter_than_the_crow_
     start = tuple(int(i) for i in space.frame.to_cell(np.array(HOUSE.start[:2])))
     lengths = nx.single_source_dijkstra_path_length(graph, start)
     reached = {
-        cell: length
-        for cell, length in lengths.items()
-        if region.distance(space.frame.to_world(*cell)) <= CLEARANCE
+        cell: length for cell, length in lengths.items() if region.distance(space.frame.to_world(*cell)) <= CLEARANCE
     }
     best = min(reached.values()) * space.frame.resolution
     straight = min(np.hypot(*(space.frame.to_world(*cell) - HOUSE.start[:2])) for cell in reached)
