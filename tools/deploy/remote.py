@@ -89,13 +89,13 @@ class Board:
 
     def send(self, content: dict[str, bytes]) -> tuple[int, int]:
         """Make the board's copy of a bundle these files; how many were sent, and their bytes. Raises DeployError."""
-        listed = self.run(f"mkdir -p {FOLDER}; cd {FOLDER}; find . -type f -exec sha256sum {{}} +")
+        listed = self.run(f"mkdir -p {FOLDER} && cd {FOLDER} && find . -type f -exec sha256sum {{}} +")
         pairs = (line.split("  ./", 1) for line in listed.splitlines())
         there = {name: digest for digest, name in pairs}
         changed = {n: data for n, data in content.items() if there.get(n) != hashlib.sha256(data).hexdigest()}
         gone = sorted(there.keys() - content.keys())
         if gone:
-            self.run(f"cd {FOLDER}; rm -f -- {shlex.join(gone)}")
+            self.run(f"cd {FOLDER} && rm -f -- {shlex.join(gone)}")
         if changed:
             with subprocess.Popen([*self._command, f"cd {FOLDER} && tar xf -"], stdin=subprocess.PIPE) as process:
                 try:

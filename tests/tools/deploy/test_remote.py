@@ -68,6 +68,23 @@ def test_what_the_board_is(board):
     assert facts.disk > 0 and facts.memory > 0 and abs(facts.clock) < 5 and facts.features
 
 
+@pytest.mark.parametrize("link", [False, True])
+def test_what_is_in_the_way_on_the_board_costs_none_of_its_files(link, tmp_path):
+    """A file, or a link to nowhere, where the bundle's folder belongs. The ssh here runs what it is to run there."""
+    (tmp_path / "ssh").write_text('#!/bin/sh\ncd "$(dirname "$0")/home" && HOME=$PWD exec sh -c "$2"\n')
+    home = tmp_path / "home"
+    (home / "photos").mkdir(parents=True)
+    (home / "thesis.txt").write_text("mine")
+    (home / "photos" / "a.jpg").write_text("mine")
+    if link:
+        (home / remote.FOLDER).symlink_to("nowhere")
+    else:
+        (home / remote.FOLDER).write_text("a file of this name")
+    with pytest.raises(DeployError, match="board"):
+        Board("me@board", f"sh {tmp_path}/ssh").send({"a.txt": b"one"})
+    assert (home / "thesis.txt").exists() and (home / "photos" / "a.jpg").exists()
+
+
 def test_only_what_changed_is_sent_and_what_is_gone_is_removed(board, tmp_path):
     content = {"a/b.txt": b"one", "c.sh": b"#!/bin/sh\n", "d 'e": b"two"}
     assert board.send(content) == (3, 16)
