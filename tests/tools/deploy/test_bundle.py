@@ -123,6 +123,19 @@ def test_a_damaged_bundle_changes_nothing(config, cache, tmp_path):
     assert done.returncode == 1 and "copy it again" in done.stderr and not (tmp_path / "root").exists()
 
 
+def test_the_services_user_can_read_what_a_careful_root_installs(config, cache, tmp_path):
+    top = unpack(make(config, tmp_path / "a", cache), tmp_path / "b")
+    for file in top.rglob("*"):
+        file.chmod(0o700 if file.is_dir() else 0o600)  # as unpacked by one with this umask
+    root = tmp_path / "root"
+    command = f"umask 077; sh {top}/install.sh --root {root}"
+    assert subprocess.run(command, shell=True, capture_output=True, timeout=120).returncode == 0
+    base = root / "opt" / "vlpg"
+    for path in (base, *base.rglob("*")):
+        wanted = 0o555 if path.is_dir() else 0o444
+        assert path.stat().st_mode & wanted == wanted, path
+
+
 def test_what_cannot_be_done_is_one_sentence(config, cache, tmp_path):
     top = unpack(make(config, tmp_path / "a", cache), tmp_path / "b")
     done = install(top, tmp_path / "root", "--rollback")

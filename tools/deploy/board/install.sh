@@ -5,6 +5,7 @@
 #   install.sh --rollback    go back to the version before
 #   install.sh --root DIR    install below DIR, as into a mounted card, whose system makes the user when it boots
 set -eu
+umask 022  # the service's user must be able to read what root installs
 here=$(CDPATH= cd -- "$(dirname -- "$0")" && pwd)
 root= rollback=
 while [ $# -gt 0 ]; do
@@ -89,5 +90,6 @@ for old in "$base"/releases/*; do
     *) rm -rf "$old" ;;
     esac
 done
+chmod -R a+rX "$base"
 restart
 echo "installed $release in $home"
