@@ -1,6 +1,7 @@
 """What may go wrong between the mapping of a home and a question about it."""
 
 from math import cos, hypot, pi, radians, sin
+from zlib import crc32
 
 import numpy as np
 
@@ -28,10 +29,13 @@ class Impossible(RuntimeError):
 def disturb(kind: str, tour: Tour, noun: str, seed: int) -> None:
     """Change the world, or what the robot believes, before ``noun`` is asked for; ``kind`` is one of DISTURBANCES.
 
+    Each question is disturbed in its own way, the same for all methods.
+
     Raises:
         Impossible: there is no room for the change.
     """
-    DISTURBANCES[kind](tour, noun, np.random.default_rng(seed))
+    question = crc32(f"{tour.world.house.name}/{noun}".encode())
+    DISTURBANCES[kind](tour, noun, np.random.default_rng([seed, question]))
 
 
 def push(tour: Tour, noun: str, rng) -> None:

@@ -89,6 +89,8 @@ def _cause(status: str, toured: bool, met: bool) -> str:
         return "not recognized in memory" if toured else "never seen on the tour"
     if status == "timeout":
         return "out of time"
+    if status == "lost":
+        return "did not find its own place"
     return "in view but not recognized" if met else "looked elsewhere"
 
 

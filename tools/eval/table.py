@@ -77,7 +77,7 @@ def _row(method: str, episodes: list[Episode]) -> Row:
         Figure.of([e.pixel_error for e in centred], centred_homes),
         Figure.of([e.duration for e in episodes], homes),
         sum(e.status == "found" for e in episodes),
-        len(centred),
+        sum(e.status == "found" for e in centred),
         dict(Counter(e.cause for e in episodes if not e.success).most_common()),
     )
 

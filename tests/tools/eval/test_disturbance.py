@@ -26,6 +26,13 @@ def test_a_pushed_robot_is_mistaken(tour):
     assert 0.02 < np.hypot(*off[:2]) < 0.4 or abs(wrap(off[2])) > 0.02
 
 
+def test_each_question_is_disturbed_in_its_own_way(tour):
+    """Else an evaluation of a hundred questions would measure one push."""
+    pushes = [in_child(changed, tour, "push", noun)[-1] for noun in ("teddy bear", "teddy bear", "couch")]
+    np.testing.assert_array_equal(pushes[0], pushes[1])
+    assert np.abs(pushes[0] - pushes[2]).max() > 0.01
+
+
 def test_an_occluder_stands_in_the_way(tour):
     before, after, *_ = in_child(changed, tour, "occlude")
     assert after["occluder"][0] == "cupboard"

@@ -33,6 +33,12 @@ def test_a_row_counts_a_method(episodes):
     assert theirs.success.mean == 0 and theirs.claims == 4
 
 
+def test_to_be_right_that_a_thing_is_gone_is_no_claim():
+    silent = replace(RIGHT, disturbance="remove", status="not found")
+    (row,) = rows([silent, replace(silent, noun="bed"), replace(WRONG, disturbance="remove", noun="cup")])
+    assert row.success.mean == pytest.approx(2 / 3) and (row.right, row.claims) == (0, 1)
+
+
 def test_margins_compare_the_same_questions(episodes):
     success, weighted = margins(episodes)["viewpoint"]
     assert success.mean == 0.5 and (success.low, success.high) == (0.0, 1.0)
