@@ -7,7 +7,7 @@ from pathlib import Path
 
 from models.manifest import Manifest, ModelError, resolve
 from tools.eval.campaign import read
-from tools.eval.reliability import claims_of, draw, fit, show
+from tools.eval.reliability import claims_of, draw, fit, seen, show
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -18,13 +18,14 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--write", metavar="MODEL", help="put the fitted weights into this model's manifest")
     options = parser.parse_args(arguments)
     try:
-        claims = claims_of([e for result in read(options.episodes) for e in result.episodes if e.method == "vlpg-nav"])
+        claims = claims_of([e for result in read(options.episodes) for e in result.episodes])
         print(f"as stated\n{show(claims)}")
         if options.picture:
             draw(claims, options.picture)
-        fitted = fit(claims)
-        refitted = [replace(e, confidence=fitted(e.score, e.remembered)) for e in claims]
-        print(f"\nfitted to these claims: {json.dumps(asdict(fitted))}\n{show(refitted)}")
+        sightings = seen(claims)
+        fitted = fit(sightings)
+        refitted = [replace(e, confidence=fitted(e.score, e.remembered)) for e in sightings]
+        print(f"\nfitted to those that rest on a sighting: {json.dumps(asdict(fitted))}\n{show(refitted)}")
         if options.write:
             write(fitted, resolve(options.write))
     except (OSError, ValueError, ModelError) as error:

@@ -76,7 +76,7 @@ def main(arguments: list[str] | None = None) -> None:
     episodes = [episode for result in found for episode in result.episodes]
     print(f"\n{options.encoder} encoder, {len(found)} homes, seed {options.seed}\n{show(episodes)}")
     print(show_memory(found))
-    claims = claims_of([e for e in episodes if name_of(e) == "vlpg-nav"])
+    claims = claims_of(episodes)
     if claims:
         print(f"\nhow far vlpg-nav's confidence can be believed\n{reliability(claims)}")
     if options.json:

@@ -8,6 +8,7 @@ import numpy as np
 from models.manifest import Confidence, logit
 from tools.eval.bootstrap import interval
 from tools.eval.episode import Episode
+from tools.eval.table import name_of
 from tools.logistic import logistic
 
 BINS = 5
@@ -26,8 +27,13 @@ class Bin:
 
 
 def claims_of(episodes: list[Episode]) -> list[Episode]:
-    """What was claimed after a look; a method that does not look has no evidence to be sure of."""
-    return [e for e in episodes if e.status == "found" and not np.isnan(e.score)]
+    """What the whole method claims where nothing was disturbed or told it; other methods state no confidence."""
+    return [e for e in episodes if e.status == "found" and name_of(e) == "vlpg-nav"]
+
+
+def seen(claims: list[Episode]) -> list[Episode]:
+    """Claims that rest on a sighting. The others are guesses: nothing was recognized from any viewpoint."""
+    return [e for e in claims if not np.isnan(e.score)]
 
 
 def bins(claims: list[Episode], count: int = BINS) -> list[Bin]:
@@ -59,11 +65,12 @@ def show(claims: list[Episode]) -> str:
     lines = ["claims  stated  right"]
     lines += [f"{b.claims:6d}  {b.stated:6.2f}  {b.right:.2f} [{b.low:.2f}, {b.high:.2f}]" for b in found]
     errors = f"calibration error {calibration_error(found):.3f}, Brier score {brier(claims):.3f}"
-    return "\n".join([*lines, f"{errors}, {len(claims)} claims"])
+    guesses = len(claims) - len(seen(claims))
+    return "\n".join([*lines, f"{errors}, {len(claims)} claims, {guesses} of them guesses"])
 
 
 def fit(claims: list[Episode]) -> Confidence:
-    """The weights of ``Confidence`` that make the truth of ``claims`` most probable.
+    """The weights of ``Confidence`` that make the truth of ``claims``, all ``seen``, most probable.
 
     Raises ValueError when all claims are right, or all are wrong: nothing tells them apart then.
     """

@@ -13,7 +13,7 @@ from models.manifest import Confidence, logit
 from tests.tools.eval.test_table import RIGHT
 from tools.eval import confidence
 from tools.eval.campaign import HomeResult
-from tools.eval.reliability import bins, brier, calibration_error, claims_of, draw, fit, show
+from tools.eval.reliability import bins, brier, calibration_error, claims_of, draw, fit, seen, show
 from tools.eval.spread import write
 
 
@@ -66,10 +66,13 @@ def test_claims_without_two_outcomes_cannot_be_fitted(told):
         fit([e for e in told if e.success])
 
 
-def test_only_claims_after_a_look_count(told):
+def test_all_that_is_claimed_counts_and_what_was_seen_is_fitted(told):
     silent = replace(RIGHT, status="not found")
-    blind = replace(RIGHT, score=float("nan"))
-    assert claims_of([*told[:3], silent, blind]) == told[:3]
+    guess = replace(RIGHT, score=float("nan"))
+    pushed, helped = replace(RIGHT, disturbance="push"), replace(RIGHT, truth="detector")
+    claims = claims_of([*told[:3], silent, guess, pushed, helped])
+    assert claims == [*told[:3], guess] and seen(claims) == told[:3]
+    assert "4 claims, 1 of them guesses" in show(claims)
     assert np.isnan(calibration_error(bins([]))) and "0 claims" in show([])
 
 
