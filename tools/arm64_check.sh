@@ -11,7 +11,9 @@ system=$folder/system
 python=.venv/bin/python
 [ -x $python ] || { echo "run tools/install.sh dev first" >&2; exit 1; }
 [ "$(id -u)" = 0 ] || { echo "run it as root: it makes a system of its own and changes into it" >&2; exit 1; }
-command -v mmdebstrap qemu-aarch64-static >/dev/null || apt-get install --quiet --yes mmdebstrap qemu-user-static
+for tool in mmdebstrap qemu-aarch64-static; do
+    command -v $tool >/dev/null || { apt-get install --quiet --yes mmdebstrap qemu-user-static; break; }
+done
 
 mkdir -p "$folder"
 if [ ! -e "$folder/system.made" ]; then
@@ -28,10 +30,11 @@ $python -m tools.deploy.command bundle --target aarch64 --python 3.11 --out "$fo
 tar xzf "$folder"/bundle/*.tar.gz -C "$folder/bundle"
 sh "$folder"/bundle/*/install.sh --root "$system"
 
-# A program of the arm64 system. No binfmt is registered: only this one process is emulated.
+# A program of the arm64 system. No binfmt is registered: only this one process is emulated. It takes the place of
+# the shell, so that $! is the program's: call it in ( ) or with &.
 arm() {
     local installed=/opt/vlpg/current
-    env -i PATH=/usr/bin:/usr/sbin HOME=/tmp ORT_DISABLE_TELEMETRY=1 OPENBLAS_NUM_THREADS=1 \
+    exec env -i PATH=/usr/bin:/usr/sbin HOME=/tmp ORT_DISABLE_TELEMETRY=1 OPENBLAS_NUM_THREADS=1 \
         PYTHONPATH=$installed/app:$installed/site \
         chroot "$system" /usr/bin/qemu-aarch64-static -cpu cortex-a72 /usr/bin/python3 -s -P "$@" 2> >(grep -v cpuinfo >&2)
 }
@@ -46,7 +49,7 @@ cleanup() {
 trap cleanup EXIT
 
 echo "== the doctor, on an emulated Cortex-A72 (its time of a picture is the emulator's)"
-arm -m edge.doctor --no-link > "$folder/doctor.txt" || true  # it minds the time
+(arm -m edge.doctor --no-link) > "$folder/doctor.txt" || true  # it minds the time
 cat "$folder/doctor.txt"
 grep -q "text tower .* ok" "$folder/doctor.txt"
 if grep BAD "$folder/doctor.txt" | grep -v "ms a picture"; then exit 1; fi
@@ -54,7 +57,7 @@ if grep BAD "$folder/doctor.txt" | grep -v "ms a picture"; then exit 1; fi
 echo "== towers, store and a recorded search, against this machine"
 $python -m tools.arm64.here prepare "$folder/work"
 cp "$folder"/work/{home.vlpg,mission.rec} tools/arm64/there.py "$system/check/"
-arm /check/there.py /check
+(arm /check/there.py /check)
 cp "$system"/check/{there.npz,there.vlpg} "$folder/work/"
 $python -m tools.arm64.here compare "$folder/work"
 

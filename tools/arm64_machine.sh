@@ -12,8 +12,10 @@ root=$folder/machine
 python=.venv/bin/python
 [ -x $python ] || { echo "run tools/install.sh dev first" >&2; exit 1; }
 [ "$(id -u)" = 0 ] || { echo "run it as root: it makes a system of its own" >&2; exit 1; }
-command -v mmdebstrap qemu-system-aarch64 mke2fs >/dev/null ||
-    apt-get install --quiet --yes --no-install-recommends mmdebstrap qemu-system-arm e2fsprogs cpio kmod
+packages="mmdebstrap qemu-system-arm e2fsprogs cpio kmod"
+for tool in mmdebstrap qemu-system-aarch64 mke2fs cpio depmod; do
+    command -v $tool >/dev/null || { apt-get install --quiet --yes --no-install-recommends $packages; break; }
+done
 
 mkdir -p "$folder"
 if [ ! -e "$folder/machine.made" ]; then
