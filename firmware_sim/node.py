@@ -26,6 +26,7 @@ from edge.link.session import LinkError, add_link_arguments, link_config, open_s
 from edge.link.topic import Topic, publisher
 from edge.observation import Twist
 from edge.process import stop_event
+from firmware_sim.seed import seed
 
 log = logging.getLogger(__name__)
 
@@ -162,7 +163,7 @@ class Node:
             )
             for thing in world.house.objects.values()
             if not wanted
-            or wanted in (thing.id, thing.model.id, thing.model.name.casefold())
+            or wanted in (name.casefold() for name in (thing.id, thing.model.id, thing.model.name))
             or wanted in thing.model.name.casefold().split()
         ]
         pose, start = (tuple(float(v) for v in p) for p in (world.truth, world.house.start))
@@ -173,7 +174,7 @@ def main(arguments=None):
     """``python -m firmware_sim.node``: runs until SIGTERM or Ctrl-C."""
     parser = argparse.ArgumentParser(prog="vlpg sim", description="Run the simulated base in a furnished home.")
     parser.add_argument("--home", default="apartment", help="a home's name, its file, or generated:SEED")
-    parser.add_argument("--seed", type=int, default=0, help="seed of the sensors' noise (default: %(default)s)")
+    parser.add_argument("--seed", type=seed, default=0, help="seed of the sensors' noise (default: %(default)s)")
     parser.add_argument("--speed", type=_positive, default=1.0, help="simulated seconds a second, at most (default: 1)")
     parser.add_argument("--name", default=NodeConfig.name, help="key root of this robot (default: %(default)s)")
     parser.add_argument("--no-noise", action="store_true", help="perfect sensors, wheels and motors")

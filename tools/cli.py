@@ -119,7 +119,7 @@ def demo(
     ] = None,
     search: Annotated[bool, typer.Option("--search", help="look at guesses too; answer with the best")] = False,
     offload: Annotated[str, typer.Option(help="who encodes text: never (the robot), host, or auto")] = "never",
-    seed: Annotated[int, typer.Option(help="seed of the sensors' noise")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the sensors' noise")] = 0,
     speed: Annotated[float, typer.Option(min=0.1, help="simulated seconds a second, at most")] = 8.0,
     out: Annotated[Path, typer.Option(help="folder that gets a folder for each run")] = Path("runs"),
 ) -> None:

@@ -148,11 +148,14 @@ def test_a_silent_robot_is_not_waited_for(rig):
 def test_judges_may_ask_for_the_truth(rig, monkeypatch):
     rig = rig(speed=10.0)
     monkeypatch.setattr(rig.world, "visible_fraction", lambda object_id: 0.25)  # these boxes have no pictures
+    rig.world.house.add_object("Lamp-A", "lamp", 5.0, 2.0, 0.0)
     rig.start()
     rig.until(lambda: rig.world.time > 0)
     reply = ask(rig.session, "r/ground_truth/objects", Truth("Cube"), TruthReply, 5)
     assert [(thing.id, thing.position, thing.visible) for thing in reply.objects] == [("cube-1", (6.0, 1.0, 0.0), 0.25)]
     assert reply.start == (1.0, 2.0, 0.0) and reply.contacts == 0
+    (lamp,) = ask(rig.session, "r/ground_truth/objects", Truth("Lamp-A"), TruthReply, 5).objects
+    assert lamp.id == "Lamp-A"
     everything = ask(rig.session, "r/ground_truth/objects", Truth(), TruthReply, 5)
     assert {thing.id for thing in everything.objects} == set(rig.world.house.objects)
     assert ask(rig.session, "r/ground_truth/objects", Truth("unicorn"), TruthReply, 5).objects == []

@@ -33,6 +33,7 @@ from firmware_sim.camera import Camera
 from firmware_sim.free_space import FreeSpace
 from firmware_sim.home import load_home
 from firmware_sim.house import House, HouseError
+from firmware_sim.seed import seed
 from firmware_sim.world import World
 from models.manifest import DEFAULT, ModelError
 from tools.bench.options import HANDMADE
@@ -159,10 +160,10 @@ def main() -> None:
     parser.add_argument("--homes", nargs="+", default=HANDMADE, help="names, files or generated:SEED")
     parser.add_argument("--objects", type=int, default=8, help="a home, drawn by the seed (default: %(default)s)")
     parser.add_argument("--encoder", default=DEFAULT, metavar="MODEL", help="a model's name, or oracle: true labels")
-    parser.add_argument("--seed", type=int, default=0, help="of the draw and of all noise")
+    parser.add_argument("--seed", type=seed, default=0, help="of the draw and of all noise")
     options = parser.parse_args()
-    if options.objects < 1 or options.seed < 0:
-        parser.error("--objects must be at least 1 and --seed at least 0")
+    if options.objects < 1:
+        parser.error("--objects must be at least 1")
     cv2.setNumThreads(1)
     try:
         houses = [load_home(home) for home in options.homes]

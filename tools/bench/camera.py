@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 
 from firmware_sim.camera import Camera
-from firmware_sim.furniture import Furniture
 from firmware_sim.house import House
+from tools.bench.options import HANDMADE, load_homes
 
 FRAMES = 300
 BLOCK = 20  # frames; the fastest block is what the code can do when nothing else runs
@@ -28,9 +28,8 @@ def poses(house: House, count: int, seed: int = 0) -> list[np.ndarray]:
     return found
 
 
-def measure(name: str, furniture: Furniture) -> str:
-    """One line on the home called ``name``."""
-    house = House.load(name, furniture)
+def measure(house: House) -> str:
+    """One line on a home."""
     camera = Camera(house)
     places = poses(house, FRAMES)
     things = [np.unique(camera.render(pose).instances).size - 1 for pose in places]  # decodes the sprites on the way
@@ -42,18 +41,18 @@ def measure(name: str, furniture: Furniture) -> str:
         blocks.append(BLOCK / (time.perf_counter() - begin))
     cpu = (time.process_time() - cpu) / FRAMES
     return (
-        f"{name:12s} {len(house.objects):3d} things, {np.mean(things):.1f} in view: {np.median(blocks):.0f} frames/s "
-        f"(fastest block {max(blocks):.0f}), {1e3 * cpu:.1f} ms of CPU a frame = {1 / cpu:.0f} frames/s a core"
+        f"{house.name:12s} {len(house.objects):3d} things, {np.mean(things):.1f} in view: "
+        f"{np.median(blocks):.0f} frames/s (fastest block {max(blocks):.0f}), "
+        f"{1e3 * cpu:.1f} ms of CPU a frame = {1 / cpu:.0f} frames/s a core"
     )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("homes", nargs="*", default=["apartment", "cottage", "bungalow"])
+    parser = argparse.ArgumentParser(prog="python -m tools.bench.camera", description=__doc__)
+    parser.add_argument("homes", nargs="*", default=HANDMADE, help="names, files or generated:SEED")
     cv2.setNumThreads(1)
-    furniture = Furniture.load()
-    for name in parser.parse_args().homes:
-        print(measure(name, furniture))
+    for house in load_homes(parser, parser.parse_args().homes):
+        print(measure(house))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from edge.perception.prompts import Target, contrast
 from edge.robot import Robot
 from firmware_sim.home import load_home
 from firmware_sim.house import HouseError
+from firmware_sim.seed import seed
 from firmware_sim.world import World
 from models.manifest import DEFAULT, ModelError
 
@@ -46,7 +47,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--home", default=HOME, help="a name, a file or generated:SEED (default: %(default)s)")
     parser.add_argument("--objects", nargs="+", default=OBJECTS, help="what to look for (default: %(default)s)")
     parser.add_argument("--model", default=DEFAULT, help="name or folder of the encoder (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=0, help="of all noise (default: %(default)s)")
+    parser.add_argument("--seed", type=seed, default=0, help="of all noise (default: %(default)s)")
     options = parser.parse_args(arguments)
     try:
         record(options.file, options.home, options.objects, options.model, options.seed)

@@ -20,6 +20,7 @@ from edge.observation import LaserScan
 from edge.perception.encoder import Encoder
 from firmware_sim.home import load_home
 from firmware_sim.house import HouseError
+from firmware_sim.seed import seed
 from models.manifest import DEFAULT, ModelError
 from tools.eval.objectnav.campaign import chosen
 from tools.eval.objectnav.episode import Run
@@ -85,7 +86,7 @@ def main() -> None:
     parser.add_argument("--homes", default="generated:200-204", help="names, files, generated:SEED or generated:A-B")
     parser.add_argument("--encoder", default=DEFAULT, metavar="MODEL", help="a model's name")
     parser.add_argument("--planner", choices=list(PLANNERS), default="I-FBE2")
-    parser.add_argument("--seed", type=int, default=0, help="of all noise")
+    parser.add_argument("--seed", type=seed, default=0, help="of all noise")
     options = parser.parse_args()
     cv2.setNumThreads(1)
     watch, steps = Stopwatch(), []

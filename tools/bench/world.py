@@ -7,6 +7,7 @@ from statistics import median
 from edge.observation import Twist
 from firmware_sim.house import House
 from firmware_sim.world import World, WorldConfig
+from tools.bench.options import HANDMADE, load_homes
 
 RUNS = 3
 
@@ -27,14 +28,14 @@ def speed(house: House, camera: bool, seconds: float) -> tuple[float, float]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("homes", nargs="*", default=["apartment", "cottage", "bungalow"], help="names or JSON files")
+    parser = argparse.ArgumentParser(prog="python -m tools.bench.world", description=__doc__)
+    parser.add_argument("homes", nargs="*", default=HANDMADE, help="names, files or generated:SEED")
     parser.add_argument("--seconds", type=float, default=30.0, help="simulated seconds a measurement")
     options = parser.parse_args()
+    houses = load_homes(parser, options.homes)
     print(f"{'home':12} {'objects':>7} {'camera + lidar':>26} {'lidar only':>26}")
     print("times real time: median (range) of three by the wall clock, [median by processor time]")
-    for name in options.homes:
-        house = House.load(name)
+    for house in houses:
         rates = [[speed(house, camera, options.seconds) for _ in range(RUNS)] for camera in (True, False)]
         print(f"{house.name:12} {len(house.objects):7d} {_show(rates[0]):>26} {_show(rates[1]):>26}", flush=True)
 

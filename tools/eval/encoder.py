@@ -18,6 +18,7 @@ from models.manifest import DEFAULT, ModelError
 from tools.assets.catalog import INSTALLED, find_libraries
 from tools.eval import photographs
 from tools.eval.naming import Answer, Vocabulary, confusions, said_too_often, share
+from tools.eval.options import check_folder
 from tools.eval.sheets import CONFUSIONS, HELD_OUT, PHOTOS, confusions_sheet, held_out_sheet, photographs_sheet
 from tools.train.evaluate import HOMES, LIBRARY, evaluate_homes, held_out, name_held_out, render_held_out, score
 
@@ -104,6 +105,8 @@ def main(arguments: list[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     if options.homes < 1:
         parser.error("--homes must be at least 1")
+    if options.json:
+        check_folder(parser, options.json)
     try:
         encoder = Encoder.load(options.model)
         if options.sheets:

@@ -12,9 +12,11 @@ from edge.pose import between, wrap
 from firmware_sim.base import BaseConfig
 from firmware_sim.home import load_home
 from firmware_sim.house import HouseError
+from firmware_sim.seed import seed
 from firmware_sim.world import World, WorldConfig
 from host.pose_graph import optimise
 from models.manifest import DEFAULT, ModelError
+from tools.eval.options import need_gtsam
 from tools.eval.oracle import OracleEncoder
 from tools.eval.tour import new_robot, run
 
@@ -82,8 +84,9 @@ def main(arguments: list[str] | None = None) -> None:
     everywhere = ["apartment", "cottage", "bungalow"]
     parser.add_argument("homes", nargs="*", default=everywhere, help="names, files, generated:N")
     parser.add_argument("--encoder", default=DEFAULT, metavar="MODEL", help="a model's name, or oracle: true labels")
-    parser.add_argument("--seed", type=int, default=0, help="of every source of noise")
+    parser.add_argument("--seed", type=seed, default=0, help="of every source of noise")
     options = parser.parse_args(arguments)
+    need_gtsam(parser)
     print("RMS error of the nodes of a robot that only counts its wheels' turns, before and after straightening")
     print(f"{'home':14} {'nodes':>6} {'loops':>6} {'raw':>18} {'optimised':>18}")
     for home in options.homes:

@@ -20,12 +20,13 @@ from edge.pose import between, compose
 from edge.robot import Robot
 from firmware_sim.home import load_home
 from firmware_sim.house import House, HouseError, pack
+from firmware_sim.seed import seed
 from firmware_sim.world import World, WorldConfig
 from host.pose_graph import optimise
 from models.manifest import DEFAULT, ModelError
 from tools.eval.changes import Household
 from tools.eval.judge import judge
-from tools.eval.options import homes_named
+from tools.eval.options import check_folder, homes_named, need_gtsam
 from tools.eval.oracle import OracleEncoder
 from tools.eval.tour import names_in_view, nouns, run
 
@@ -242,7 +243,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument(
         "--changes", type=int, default=4, metavar="N", help="things moved, removed and added each time (default: 4)"
     )
-    parser.add_argument("--seed", type=int, default=0, help="of every source of noise, and of the changes")
+    parser.add_argument("--seed", type=seed, default=0, help="of every source of noise, and of the changes")
     parser.add_argument(
         "--limit", type=int, default=VlpgConfig.limit, metavar="N", help="nodes that may answer (default: %(default)s)"
     )
@@ -250,8 +251,9 @@ def main(arguments: list[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     if min(options.tours, options.limit) < 1 or options.changes < 0:
         parser.error("--tours and --limit must be at least 1, and --changes at least 0")
-    if options.json and not options.json.parent.is_dir():
-        parser.error(f"there is no folder {options.json.parent} to write {options.json.name} into")
+    if options.json:
+        check_folder(parser, options.json)
+    need_gtsam(parser)
     visits = []
     try:
         for home in homes_named(options.homes):

@@ -8,8 +8,11 @@ from pathlib import Path
 
 from firmware_sim.home import GENERATED
 from firmware_sim.house import HOMES, HouseError
+from firmware_sim.seed import seed
 from models.manifest import DEFAULT
 from tools.eval.spread import Plan, run_homes
+
+PICTURES = ".png", ".svg", ".pdf", ".jpg"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -18,7 +21,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--homes", default="handmade", help="handmade (all of them), generated:0-39, or names, comma-separated"
     )
     parser.add_argument("--encoder", default=DEFAULT, metavar="MODEL", help="a model's name, or oracle: true labels")
-    parser.add_argument("--seed", type=int, default=0, help="of every source of noise")
+    parser.add_argument("--seed", type=seed, default=0, help="of every source of noise")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="homes at a time (default: one a core)")
     parser.add_argument("--ray", metavar="ADDRESS", help="run the homes on the Ray cluster there (extra `cluster`)")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="keep each home's result there, and go on from it")
@@ -31,10 +34,25 @@ def check(parser: argparse.ArgumentParser, options) -> None:
     if options.objects is not None and options.objects < 1 or options.jobs < 1:
         parser.error("--objects and --jobs must be at least 1")
     for path in filter(None, (options.json, options.csv, options.picture)):
-        if not path.parent.is_dir():
-            parser.error(f"there is no folder {path.parent} to write {path.name} into")
+        check_folder(parser, path)
+    if options.picture and options.picture.suffix not in PICTURES:
+        parser.error(f"{options.picture.name}: end it in {', '.join(PICTURES)}")
+    if options.out and options.out.exists() and not options.out.is_dir():
+        parser.error(f"{options.out} is a file; --out needs a folder")
     if options.ray and find_spec("ray") is None:
-        parser.error("--ray needs Ray; pip install 'vlpg-edge[cluster]'")
+        parser.error("--ray needs Ray; pip install '.[cluster]'")
+
+
+def check_folder(parser: argparse.ArgumentParser, path: Path) -> None:
+    """Ends the program, with a sentence, when there is no folder to write ``path`` into."""
+    if not path.parent.is_dir():
+        parser.error(f"there is no folder {path.parent} to write {path.name} into")
+
+
+def need_gtsam(parser: argparse.ArgumentParser) -> None:
+    """Ends the program, with a sentence, where graphs cannot be straightened."""
+    if find_spec("gtsam") is None:
+        parser.error("this needs GTSAM; pip install '.[host]'")
 
 
 def homes_named(text: str) -> list[str]:

@@ -27,7 +27,7 @@ def import_model(source: str, name: str, checkpoint: Path | None) -> None:
     try:
         from tools.models.importing import import_pair
     except ModuleNotFoundError as error:
-        raise ModelError(f"Importing needs {error.name}: pip install 'vlpg-edge[import]'.") from None
+        raise ModelError(f"Importing needs {error.name}: pip install '.[import]'.") from None
     console.print(f"{pair.source}: {pair.kind}, {pair.height} x {pair.width} px")
     _summary(import_pair(pair, name, console.print))
 

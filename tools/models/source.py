@@ -41,7 +41,7 @@ def open_source(source: str, checkpoint: Path | None = None) -> Pair:
         name, _, tag = source.partition("@")
         return openclip.named(name, tag or None, checkpoint)
     except ModuleNotFoundError as error:
-        raise ModelError(f"Importing needs {error.name}: pip install 'vlpg-edge[import]'.") from None
+        raise ModelError(f"Importing needs {error.name}: pip install '.[import]'.") from None
 
 
 def _in_folder(folder: Path, source: str) -> Pair:

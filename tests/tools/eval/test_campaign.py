@@ -47,6 +47,9 @@ def test_homes_are_named_in_three_ways():
         (["--truth", "wheels"], "no part wheels"),
         (["--objects", "0"], "at least 1"),
         (["--homes", "castle"], "castle"),
+        (["--seed", "-1"], "no seed"),
+        (["--picture", "chart.xyz"], "end it in .png"),
+        (["--out", __file__], "is a file"),
     ],
 )
 def test_a_mistake_is_told_in_a_sentence(arguments, words, capsys):

@@ -54,5 +54,5 @@ def test_a_folder_that_is_not_there(source):
 @pytest.mark.parametrize("source", ["ViT-B-32@openai", "openai/clip-vit-base-patch32"])
 def test_without_the_extra_it_is_named(source, monkeypatch):
     monkeypatch.setenv("HF_ENDPOINT", "http://127.0.0.1:1")
-    with pytest.raises(ModelError, match=r"pip install 'vlpg-edge\[import\]'"):
+    with pytest.raises(ModelError, match=r"pip install '.\[import\]'"):
         open_source(source)

@@ -11,10 +11,12 @@ import numpy as np
 
 from edge.perception.encoder import Encoder
 from firmware_sim.house import HouseError
+from firmware_sim.seed import seed
 from models.manifest import DEFAULT, ModelError
 from tools.eval.judge import instances_of
 from tools.eval.objectnav.episode import Run
 from tools.eval.objectnav.planners import PLANNERS
+from tools.eval.options import check_folder
 
 SIDE = 480  # px, of a map
 MARGIN = 0.4  # m of map around what is known
@@ -106,13 +108,12 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--planner", choices=list(PLANNERS), default="I-FBE2")
     parser.add_argument("--encoder", default=DEFAULT, metavar="MODEL", help="a model's name, or oracle: true labels")
     parser.add_argument("--step", type=int, metavar="N", help="draw the episode after N actions (default: at its end)")
-    parser.add_argument("--seed", type=int, default=0, help="of every source of noise")
+    parser.add_argument("--seed", type=seed, default=0, help="of every source of noise")
     options = parser.parse_args(arguments)
     moving = options.file.suffix in (".gif", ".webp")
     if not moving and options.file.suffix != ".png":
         parser.error(f"{options.file.name}: end it in .png, .gif or .webp")
-    if not options.file.parent.is_dir():
-        parser.error(f"there is no folder {options.file.parent} to write {options.file.name} into")
+    check_folder(parser, options.file)
     try:
         encoder = None if options.encoder == "oracle" else Encoder.load(options.encoder)
         run = Run(options.home, options.object.lower(), PLANNERS[options.planner], encoder, options.seed)
