@@ -13,22 +13,17 @@ _KEPT = 40  # poses handed on to refinement
 _SIGMA = 0.20  # m, width of the fit: half a search cell and half a turn at 3 m
 
 
-def candidates(
-    grid: OccupancyGrid, field: LikelihoodField, points: np.ndarray, centre: np.ndarray, radius: float | None
-) -> np.ndarray:
+def candidates(grid: OccupancyGrid, field: LikelihoodField, points: np.ndarray) -> np.ndarray:
     """The ``(K, 3)`` best places for ``points`` (N, 2) [m] in base_link, on a lattice of 0.2 m and 5° over free ground.
 
-    ``field`` covers the whole ``grid``. Only places within ``radius`` [m] of ``centre`` (2,) are tried, all when None.
+    ``field`` covers the whole ``grid``.
     """
     fit = np.pad(np.exp(-0.5 * (field.distance / _SIGMA) ** 2), 1)
     frame = grid.frame
     rows, cols = (np.arange(_CELL // 2, size, _CELL) for size in frame.shape)
     row, col = (index.reshape(-1) for index in np.meshgrid(rows, cols, indexing="ij"))
     places = frame.to_world(row, col)
-    free = cv2.erode(grid.free.view(np.uint8), np.ones((3, 3), np.uint8))[row, col] > 0
-    if radius is not None:
-        free &= np.hypot(*(places - centre).T) <= radius
-    places = places[free]
+    places = places[cv2.erode(grid.free.view(np.uint8), np.ones((3, 3), np.uint8))[row, col] > 0]
     points = points[:: max(1, len(points) // _POINTS)]
     scores = np.empty((_TURNS, len(places)), np.float32)
     turns = np.arange(_TURNS) * (2 * np.pi / _TURNS)

@@ -94,8 +94,8 @@ class Localizer:
         mean = compose(after, between(before, self._belief.mean))
         self._belief = PoseBelief(mean, turn @ self._belief.covariance @ turn.T)
 
-    def relocalize(self, scan: LaserScan, grid: OccupancyGrid, radius: float | None = None) -> bool:
-        """Looks for the robot within ``radius`` [m] of where it should be, or in the whole map; True when found.
+    def relocalize(self, scan: LaserScan, grid: OccupancyGrid) -> bool:
+        """Looks for the robot in the whole map; True when found.
 
         For a robot that was carried or starts in a known home: takes up to half a second, and keeps the old pose when
         no place fits or when two different ones fit alike.
@@ -104,10 +104,11 @@ class Localizer:
         points = scan_points(scan, config.min_range)
         if len(points) < config.min_points:
             return False
-        guess = self.pose(scan.odom)
-        span = float(np.hypot(*grid.frame.shape) * grid.resolution)
-        whole = LikelihoodField.around(grid, guess, span)
-        found = [refine(whole, points, pose, config) for pose in candidates(grid, whole, points, guess[:2], radius)]
+        rows, cols = grid.frame.shape
+        whole = LikelihoodField.around(
+            grid, grid.frame.to_world(rows // 2, cols // 2), max(rows, cols) * grid.resolution
+        )
+        found = [refine(whole, points, pose, config) for pose in candidates(grid, whole, points)]
         found = sorted((m for m in found if m.score >= config.good_score), key=lambda m: -m.score)
         if not found:
             return False
@@ -132,7 +133,7 @@ class Localizer:
         local = LikelihoodField.around(grid, guess, scan.range_max + 0.5)
         found = match(local, scan, guess, self.config.match)
         self.match = found
-        if found.score == 0.0:
+        if found.known < self.config.match.min_points:
             self.fits = True  # new ground: there is nothing yet to agree or disagree with
             return
         if found.score < self.config.min_score:

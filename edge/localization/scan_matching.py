@@ -38,6 +38,7 @@ class Match:
     pose: np.ndarray  # (3,) in the map frame
     covariance: np.ndarray  # (3, 3) m², rad²
     score: float  # share of the returns on known ground that lie on something mapped; 0 when too few are
+    known: int  # returns on known ground
 
 
 def returned(scan: LaserScan, min_range: float) -> np.ndarray:
@@ -64,7 +65,7 @@ def match(field: LikelihoodField, scan: LaserScan, guess: np.ndarray, config: Ma
     guess = np.asarray(guess, float)
     points = scan_points(scan, config.min_range)
     if len(points) < config.min_points or field.empty:
-        return Match(guess, np.diag([1.0, 1.0, 1.0]), 0.0)
+        return Match(guess, np.diag([1.0, 1.0, 1.0]), 0.0, 0)
     best = refine(field, points, guess, config)
     if best.score < config.good_score:
         coarse = search(field, points, guess, config.search_distance, config.search_angle, config)
@@ -93,7 +94,7 @@ def refine(field: LikelihoodField, points: np.ndarray, guess: np.ndarray, config
     score = float(fits.sum() / count) if count >= config.min_points else 0.0
     variance = max(float((value[fits] ** 2).mean()) if fits.any() else np.inf, config.noise**2)
     information = config.independent * (jacobian[fits].T @ jacobian[fits]) / variance
-    return Match(pose, np.linalg.inv(information + np.eye(3)), score)
+    return Match(pose, np.linalg.inv(information + np.eye(3)), score, count)
 
 
 def search(

@@ -129,6 +129,26 @@ def test_new_ground_is_not_lost(boxes_map, scan):
     np.testing.assert_allclose(localizer.map_from_odom, 0, atol=1e-12)
 
 
+def room_scan(half, odom=(0.0, 0.0, 0.0)):
+    """From the middle of a square room whose walls are ``half`` [m] away."""
+    angles = -np.pi + np.arange(360) * 2 * np.pi / 360
+    ranges = half / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
+    return LaserScan(0.0, ranges.astype(np.float32), -np.pi, 2 * np.pi / 360, 8.0, np.array(odom))
+
+
+def test_a_scan_that_contradicts_all_that_is_known_is_no_new_ground():
+    """The robot was carried to where everything is near: no return lies on anything mapped."""
+    grid = OccupancyGrid()
+    for _ in range(3):
+        grid.integrate_scan(np.zeros(3), room_scan(3.0))
+    localizer = Localizer(config=LocalizerConfig(lost_after=5))
+    for i in range(1, 6):
+        odom = np.array([0.06 * i, 0.0, 0.0])
+        localizer.update(odom, room_scan(0.9, odom), grid)
+        assert localizer.match.score == 0.0 and not localizer.fits
+    assert localizer.lost
+
+
 def test_blind_scans_are_survived(boxes_map, scan):
     grid, _, lidar = boxes_map
     localizer = Localizer(np.array([2.8, 1.6, 0.0]))
@@ -160,16 +180,21 @@ def test_relocalizing_where_nothing_fits_keeps_the_pose(boxes_map, scan):
     localizer = Localizer(truth)
     odd = replace(scan(lidar, truth), ranges=np.random.default_rng(0).uniform(0.3, 3, 360).astype(np.float32))
     assert not localizer.relocalize(odd, grid)
-    assert not localizer.relocalize(scan(lidar, np.array([6.0, 2.0, 0.0])), grid, radius=1.0)
     assert not localizer.relocalize(scan(lidar, truth), OccupancyGrid())
     np.testing.assert_allclose(localizer.pose(np.zeros(3)), truth, atol=1e-12)
 
 
+@pytest.mark.parametrize("odom", [(30.0, 0.0, 1.0), (-16.0, 25.0, 0.0)])
+def test_relocalizes_though_odometry_is_far_outside_the_map(boxes_map, scan, odom):
+    grid, _, lidar = boxes_map
+    truth, localizer = np.array([2.8, 1.6, 0.0]), Localizer(lost=True)
+    assert localizer.relocalize(scan(lidar, truth, np.array(odom)), grid)
+    assert near(localizer.pose(np.array(odom)), truth)
+
+
 def test_two_places_alike_are_no_answer():
     """A square room looks the same after a quarter turn."""
-    angles = -np.pi + np.arange(360) * 2 * np.pi / 360
-    ranges = 1.52 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
-    square = LaserScan(0.0, ranges.astype(np.float32), -np.pi, 2 * np.pi / 360, 8.0, np.zeros(3))
+    square = room_scan(1.52)
     grid = OccupancyGrid()
     for _ in range(3):
         grid.integrate_scan(np.zeros(3), square)
