@@ -61,14 +61,18 @@ class EdgeTable:
             way = np.array(transform), np.linalg.inv(unpack_symmetric(blob))
             ways.append((edge, i + j - node, *(way if i == node else _reversed(*way)), kind))
         hub = min(ways, key=lambda way: (way[-1] == "loop", np.trace(way[3])), default=None)
-        for edge, other, transform, covariance, _ in ways:
+        for edge, other, transform, covariance, kind in ways:
             if other == hub[1]:
                 self._db.execute("DELETE FROM edge WHERE id=?", (edge,))
                 continue
             past, doubt = _one_after_the_other(*_reversed(*hub[2:4]), transform, covariance)
             self._db.execute(
-                "UPDATE edge SET i=?, j=?, dx=?, dy=?, dtheta=?, information=? WHERE id=?",
-                (hub[1], other, *past.tolist(), pack_symmetric(np.linalg.inv(doubt)), edge),
+                "UPDATE edge SET i=?, j=?, dx=?, dy=?, dtheta=?, information=?, kind=? WHERE id=?",
+                (
+                    *(hub[1], other, *past.tolist(), pack_symmetric(np.linalg.inv(doubt))),
+                    kind if hub[-1] == "odometry" or kind == "loop" else hub[-1],  # no better than its worse half
+                    edge,
+                ),
             )
         self._db.execute(
             "DELETE FROM edge WHERE id IN (SELECT id FROM edge WHERE kind='loop' ORDER BY id DESC LIMIT -1"

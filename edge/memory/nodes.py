@@ -12,7 +12,9 @@ PER_METRE = 32  # steps of a reach, which is one byte: 3 cm, up to 8 m
 class Nodes:
     """Rows in ascending order of ids. Ids are never given twice; a node that is dropped leaves a gap in them."""
 
-    def __init__(self):
+    def __init__(self, first=0):
+        """``first``: the least id that may be given."""
+        self._first = first
         self._count = 0
         self._ids = np.empty(0, np.int64)
         self._poses = np.empty((0, 3))
@@ -56,7 +58,7 @@ class Nodes:
     @property
     def next(self):
         """The id of the next node."""
-        return int(self._ids[self._count - 1]) + 1 if self._count else 0
+        return max(self._first, int(self._ids[self._count - 1]) + 1 if self._count else 0)
 
     def append(self, node, pose, answers, tour, reach):
         """Adds ``node``, whose id is larger than all others."""

@@ -1,6 +1,7 @@
 """Moves a store to another encoder: the poses, edges and map stay, the kept pictures are looked at again."""
 
 import os
+import shutil
 import sqlite3
 from pathlib import Path
 from typing import NamedTuple
@@ -46,7 +47,7 @@ def reindex(path, encoder_name, encoder_digest, dim, embed):
         db.close()
         if result is None:
             fresh.unlink()
-    os.replace(path, path.with_name(path.name + ".before-reindex"))
+    shutil.copy2(path, path.with_name(path.name + ".before-reindex"))  # there is a store at path at any time
     os.replace(fresh, path)
     return result
 

@@ -1,5 +1,7 @@
 """The visual language pose graph (VLPG) of a home: poses, what was seen from them, and how they are linked."""
 
+import sqlite3
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -36,8 +38,9 @@ class Vlpg:
 
     On disk everything in one SQLite file; in RAM the poses and the int8 vectors that answer queries. At most ``limit``
     nodes answer: then the most redundant one goes for each that comes, and its edges lead past it. Writes are grouped
-    into transactions of ``commit_every`` nodes; ``flush`` ends the current one. One thread at a time. Whatever is asked
-    about a node raises IndexError when its id does not exist.
+    into transactions of ``commit_every`` nodes; ``flush`` ends the current one. When one fails, as on a full disk,
+    sqlite3.Error is raised and its nodes are gone, from RAM, too. One thread at a time. Whatever is asked about a node
+    raises IndexError when its id does not exist.
     """
 
     def __init__(self, db, dim, config):
@@ -46,11 +49,8 @@ class Vlpg:
         self.dim = dim
         self._db = db
         self._table, self._edges = NodeTable(db), EdgeTable(db)
-        self._vectors = Vectors(dim)
-        self._nodes = Nodes()
-        self._last = None  # id of the node that the next one is linked to; None at the start of a session
-        self._pending = 0
         self._load()
+        self._tour = int(self._nodes.tours.max(initial=0))
 
     @classmethod
     def open(cls, path, encoder_name, encoder_digest, dim, config=None):
@@ -154,22 +154,22 @@ class Vlpg:
         replaced = self._nodes.ids[verdict.superseded].tolist()
         resumed = self._nodes.nearest(view.pose, self.config.gate) if self._last is None else None
         matrix, scales = quantize(view.vectors)
-        self._begin()
-        self._table.add(node, stamp, view, keyframe, scan, self._tour)
-        self._table.add_vectors(node, matrix, scales, view.bearings)
-        self._nodes.append(node, view.pose, True, self._tour, view.reach)
-        self._vectors.append(node, matrix, scales, view.bearings)
-        if self._last is not None:
-            self.link(self._last, node, kind="odometry")
-        elif resumed is not None:
-            self._resume(resumed, node, view.covariance)
-        self._last = node
-        for old in replaced:
-            self.supersede(old, by=node)
-        self._make_room()
-        self._pending += 1
-        if self._pending >= self.config.commit_every:
-            self.flush()
+        with self._writing():
+            self._table.add(node, stamp, view, keyframe, scan, self._tour)
+            self._table.add_vectors(node, matrix, scales, view.bearings)
+            self._nodes.append(node, view.pose, True, self._tour, view.reach)
+            self._vectors.append(node, matrix, scales, view.bearings)
+            if self._last is not None:
+                self.link(self._last, node, kind="odometry")
+            elif resumed is not None:
+                self._resume(resumed, node, view.covariance)
+            self._last = node
+            for old in replaced:
+                self.supersede(old, by=node)
+            self._make_room()
+            self._pending += 1
+            if self._pending >= self.config.commit_every:
+                self.flush()
         return node
 
     def search(self, direction, k):
@@ -215,18 +215,18 @@ class Vlpg:
             raise ValueError(f"{len(rows)} ids need as many finite poses, and {len(poses)} were given")
         if covariances is not None and np.shape(covariances) != (len(rows), 3, 3):
             raise ValueError(f"{len(rows)} ids need covariances ({len(rows)}, 3, 3), not {np.shape(covariances)}")
-        self._begin()
-        self._table.move(self._nodes.ids[rows], poses, covariances)
-        self._nodes.poses[rows] = poses
-        self.flush()
+        with self._writing():
+            self._table.move(self._nodes.ids[rows], poses, covariances)
+            self._nodes.poses[rows] = poses
+            self.flush()
 
     def supersede(self, node, by=None):
         """``node`` answers no more; its picture stays for audit a while, with the id of the node that replaced it."""
         row = self._nodes.rows(node)
-        self._begin()
-        self._table.supersede(node, node if by is None else by)
-        self._nodes.answers[row] = False
-        self._vectors.forget(node)
+        with self._writing():
+            self._table.supersede(node, node if by is None else by)
+            self._nodes.answers[row] = False
+            self._vectors.forget(node)
 
     def link(self, i, j, transform=None, information=None, kind="loop"):
         """Adds an edge: the pose of ``j`` seen from ``i`` (default: from their present poses), e.g. a loop closure.
@@ -236,8 +236,8 @@ class Vlpg:
         (a, b), (i, j) = self.poses([i, j]), (int(i), int(j))
         transform = between(a, b) if transform is None else np.asarray(transform, float)
         information = self.config.motion.information(transform) if information is None else information
-        self._begin()
-        self._edges.add(i, j, transform, information, kind)
+        with self._writing():
+            self._edges.add(i, j, transform, information, kind)
 
     def edges(self):
         """All ``Edges``, in the order they were added."""
@@ -265,9 +265,9 @@ class Vlpg:
 
     def save_map(self, data):
         """Keeps the occupancy map's bytes with the graph, at once: a map is saved when it is worth keeping."""
-        self._begin()
-        self._db.execute("INSERT OR REPLACE INTO map VALUES (0, ?)", (data,))
-        self.flush()
+        with self._writing():
+            self._db.execute("INSERT OR REPLACE INTO map VALUES (0, ?)", (data,))
+            self.flush()
 
     def load_map(self):
         """The bytes last given to ``save_map``, or None."""
@@ -277,7 +277,8 @@ class Vlpg:
     def flush(self):
         """Commits what was added so far."""
         if self._db.in_transaction:
-            self._db.execute("COMMIT")
+            with self._writing():
+                self._db.execute("COMMIT")
         self._pending = 0
 
     def close(self):
@@ -285,10 +286,13 @@ class Vlpg:
         self.flush()
         self._db.close()
 
-    def _load(self):
+    def _load(self, first=0):
+        """RAM from the file. The next node's id is ``first`` at least."""
+        self._vectors, self._nodes = Vectors(self.dim), Nodes(first)
+        self._last = None  # id of the node that the next one is linked to; None at the start of a session
+        self._pending = 0
         for *node, reach in self._table.all():
             self._nodes.append(*node, 0 if reach is None else np.frombuffer(reach, np.uint8))
-        self._tour = int(self._nodes.tours.max(initial=0))
         for rows in self._table.vectors(self.dim):
             self._vectors.append(*rows)
 
@@ -337,13 +341,22 @@ class Vlpg:
         return row and row[0]
 
     def _note(self, key, value):
-        self._begin()
-        self._db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, value))
-        self.flush()
+        with self._writing():
+            self._db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, value))
+            self.flush()
 
-    def _begin(self):
-        if not self._db.in_transaction:
-            self._db.execute("BEGIN")
+    @contextmanager
+    def _writing(self):
+        """Within the open transaction, or a new one. When it fails, as on a full disk, RAM holds what the file does."""
+        try:
+            if not self._db.in_transaction:
+                self._db.execute("BEGIN")
+            yield
+        except sqlite3.Error:
+            if self._db.in_transaction:
+                self._db.execute("ROLLBACK")
+            self._load(self._nodes.next)
+            raise
 
     def _read(self, column, ids):
         """What the file has in ``column`` for nodes, a list."""

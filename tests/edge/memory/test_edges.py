@@ -74,6 +74,15 @@ def test_the_best_known_way_leads_past_and_loops_go_along():
     assert left.trusted.tolist() == [True, False]
 
 
+@pytest.mark.parametrize("kinds", [("session", "odometry"), ("odometry", "session")])
+def test_a_way_past_is_trusted_no_more_than_its_worse_half(kinds):
+    edges = table(3)
+    edges.add(0, 1, (1, 0, 0), np.eye(3) * 1e4, kinds[0])
+    edges.add(1, 2, (1, 0, 0), np.eye(3), kinds[1])
+    edges.bypass(1)
+    assert edges.all().kinds == ["session"]
+
+
 def test_there_are_never_more_loops_than_nodes_and_the_newest_stay():
     edges = table(3)
     edges.add(0, 1, (1, 0, 0), np.eye(3), "odometry")

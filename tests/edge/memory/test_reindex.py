@@ -47,6 +47,17 @@ def test_whatever_goes_wrong_the_store_is_as_it_was(path):
     assert [file.name for file in path.parent.iterdir()] == ["home.vlpg"]
 
 
+def test_there_is_a_store_at_any_time(path, monkeypatch):
+    def power_cut(*_):
+        raise OSError("no power")
+
+    monkeypatch.setattr("edge.memory.reindex.os.replace", power_cut)
+    with pytest.raises(OSError, match="no power"):
+        reindex(path, "new", "bb", 8, embed)
+    with Vlpg.open(path, "old", "aa", 4) as store:
+        assert len(store) == 3
+
+
 def test_a_store_without_pictures_must_be_mapped_anew(tmp_path):
     path = tmp_path / "home.vlpg"
     with Vlpg.open(path, "old", "aa", 4) as store:

@@ -203,6 +203,31 @@ def test_keyframes_and_map_survive(tmp_path):
         assert store.keyframe(0) == b"jpeg" and store.load_map() == b"second"
 
 
+@pytest.mark.parametrize("limit", [VlpgConfig.limit, 15])
+def test_after_a_full_disk_ram_holds_what_the_file_does_and_there_is_a_way_on(tmp_path, limit):
+    path, rng = tmp_path / "home.vlpg", np.random.default_rng(0)
+    with opened(path, VlpgConfig(gate=DENSE.gate, limit=limit)) as store:
+        walk(store, rng, 30)
+        store._db.execute(f"PRAGMA max_page_count={store._db.execute('PRAGMA page_count').fetchone()[0] + 8}")
+        given = 30
+        with pytest.raises(sqlite3.OperationalError, match="full"):
+            for given in range(30, 300):
+                store.add(given, (given, 0, 0), COVARIANCE, unit(rng, 4), np.zeros(4), keyframe=bytes(3000))
+        held = store.held.tolist()
+        assert 0 < len(held) < given + 1
+        assert [store.scan(node) for node in held] == [None] * len(held)  # each can be read
+        assert store.search(unit(rng, 1)[0], 50).ids.max() <= held[-1]
+        store._db.execute("PRAGMA max_page_count=100000")
+        ids = [store.add(300 + n, (300 + n, 0, 0), COVARIANCE, unit(rng, 4), np.zeros(4)) for n in range(3)]
+        assert ids == list(range(ids[0], ids[0] + 3)) and ids[0] > held[-1]  # never given twice
+        held = store.held.tolist()
+    with opened(path) as store:
+        assert store.held.tolist() == held
+        edges = store.edges()
+        graph = networkx.Graph(zip(edges.i.tolist(), edges.j.tolist(), strict=True))
+        assert set(graph) == set(held) and networkx.is_connected(graph)
+
+
 def test_bytes_on_disk_and_in_ram_per_vector(tmp_path):
     """At most 2.5 x the embedding bytes on disk and 1.5 x in RAM, log and page cache included."""
     path, nodes, dim = tmp_path / "home.vlpg", 6000, 512
