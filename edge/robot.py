@@ -1,5 +1,6 @@
 """What the robot knows, and how one observation changes it: where it is, what is free, what it has seen."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from edge.memory.scan_bytes import pack
 from edge.memory.store import Vlpg
 from edge.observation import LaserScan, Observation, RgbdFrame
 from edge.perception.close_look import look_closely, to_remember
+from edge.perception.encoder import View
 from edge.perception.movers import MoverTracker
 from edge.pose import between
 
@@ -51,6 +53,7 @@ class Robot:
         self.bumper = False
         self.distance = 0.0  # m driven
         self.frame: RgbdFrame | None = None  # the newest picture
+        self._view: View | None = None  # what the image tower makes of it, once somebody has asked
         self._scan: LaserScan | None = None  # the newest lidar turn
         self._sought = -np.inf  # s, when a lost robot last looked for its place
         self._placed = False  # whether a scan was mapped since the last picture was looked at: so may the next one be
@@ -77,13 +80,23 @@ class Robot:
             if self.localizer.fits or self.grid.unknown.all():
                 self.grid.integrate_scan(self.in_map(scan.odom), scan)
                 self._placed = True
-        if observation.bumper and not self.movers.touch(pose, self.config.radius):
+        if observation.bumper and not self.localizer.lost and not self.movers.touch(pose, self.config.radius):
             self.grid.integrate_contact(pose, self.config.radius)
         self.coverage.follow(self.grid.frame)
-        self.frame = observation.frame
+        self.frame, self._view = observation.frame, None
         if self.frame is not None and self._placed and self.localizer.sure:
             self._placed = False
             self._look(self.frame)
+
+    def view(self) -> View:
+        """The whole newest picture, through the image tower: the memory, and who looks for something, may both ask."""
+        if self._view is None:
+            self._view = self.encoder.encode_image(self.frame.rgb, self.camera.hfov)
+        return self._view
+
+    def look_closely(self) -> Iterator[View]:
+        """The whole newest picture, then windows of it."""
+        return look_closely(self.encoder, self.frame.rgb, self.view(), self.camera.hfov)
 
     def wake_in(self, grid: OccupancyGrid) -> None:
         """Wake up somewhere in the home that ``grid`` shows: lost, until a scan tells where. If it shows any."""
@@ -133,10 +146,9 @@ class Robot:
 
     def _remember(self, frame: RgbdFrame, pose) -> None:
         """Offer a view to the memory, whose gate decides; often the whole picture tells that it is known."""
-        whole = self.encoder.encode_image(frame.rgb, self.camera.hfov)
-        if self.memory.knows(pose, whole.vectors[0]):
+        if self.memory.knows(pose, self.view().vectors[0]):
             return
-        vectors, bearings = to_remember(look_closely(self.encoder, frame.rgb, whole, self.camera.hfov))
+        vectors, bearings = to_remember(self.look_closely())
         keyframe = jpeg(frame.rgb, self.config.keyframe_quality)
         scan = None if self._scan is None else pack(self._scan, between(frame.odom, self._scan.odom))
         reach = farthest(frame.depth, COLUMNS)

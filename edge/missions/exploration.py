@@ -10,7 +10,7 @@ import numpy as np
 from edge.mapping.frontiers import Frontier, frontiers
 from edge.mapping.object_goal import ObjectGoal, Surface, surface
 from edge.mapping.relevance import RelevanceMap
-from edge.perception.close_look import look_closely, window_at
+from edge.perception.close_look import window_at
 from edge.perception.detection import Detector, DetectorConfig
 from edge.perception.encoder import View
 from edge.perception.prompts import Target
@@ -68,7 +68,7 @@ class Exploration:
         robot, frame = self._robot, self._robot.frame
         if frame is None or robot.localizer.lost:  # a lost robot knows not what place it looks at
             return
-        view, pose = robot.encoder.encode_image(frame.rgb, robot.camera.hfov), robot.in_map(frame.odom)
+        view, pose = robot.view(), robot.in_map(frame.odom)
         self.relevance.integrate(pose, frame.depth, self.promise(view), robot.camera, robot.grid)
         height, width = frame.depth.shape
         score = self._detector.score(view, self.target)
@@ -105,7 +105,7 @@ class Exploration:
         """
         robot, frame = self._robot, self._robot.frame
         rgb, hfov, (height, width) = frame.rgb, robot.camera.hfov, frame.depth.shape
-        views, last = look_closely(robot.encoder, rgb, hfov=hfov), None
+        views, last = robot.look_closely(), None
         for _ in range(2):
             found = [self._closely.detect(view, self.target, (width, height)) for view in views]
             best = max((d for d in found if d is not None), key=lambda d: d.score, default=last)

@@ -12,7 +12,6 @@ from edge.missions.mission import Story
 from edge.missions.motion import drive, face, face_place, look_from_near
 from edge.missions.sighting import Sighting, sight
 from edge.observation import STOP
-from edge.perception.close_look import look_closely
 from edge.perception.detection import Detector
 from edge.perception.occlusion import hidden_share
 from edge.perception.prompts import Target
@@ -59,8 +58,7 @@ class Spotter:
         for _ in range(self.config.pictures):
             yield STOP
             if robot.frame is not None:
-                views = look_closely(robot.encoder, robot.frame.rgb, hfov=robot.camera.hfov)
-                sightings.append(sight(robot, self.detector, self._target, views))
+                sightings.append(sight(robot, self.detector, self._target, robot.look_closely()))
         seen = [sighting for sighting in sightings if sighting is not None]
         if len(seen) > len(sightings) / 2:
             return seen[-1]

@@ -1,5 +1,7 @@
 """What one observation changes in the robot's knowledge."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from edge.camera import CameraModel
@@ -85,6 +87,25 @@ def test_the_bumper_blocks_the_ground_in_front():
     assert not robot.grid.occupied[ahead]
     robot.perceive(observation(0.2, bumper=True))
     assert robot.grid.occupied[robot.grid.frame.to_cell([robot.config.radius + 0.02, 0.0])]
+
+
+def test_a_lost_robot_does_not_know_what_ground_the_bumper_blocks():
+    robot, _ = make_robot()
+    robot.perceive(observation(0.1))
+    before = robot.grid.to_bytes()
+    robot.wake_in(robot.grid)
+    robot.perceive(replace(observation(0.2, bumper=True), scan=None, frame=None))
+    assert robot.localizer.lost and robot.grid.to_bytes() == before
+
+
+def test_the_newest_picture_is_encoded_once_whoever_asks():
+    robot, encoder = make_robot()
+    robot.perceive(observation(0.1))
+    pictures = encoder.pictures
+    first = robot.view()
+    assert next(robot.look_closely()) is first and encoder.pictures == pictures
+    robot.perceive(observation(0.2))
+    assert robot.view() is not first and encoder.pictures == pictures + 1
 
 
 def test_who_walks_by_leaves_no_marks_in_the_map_and_no_view_in_the_memory():

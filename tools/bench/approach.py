@@ -23,7 +23,6 @@ from edge.missions.centring import centre
 from edge.missions.mission import Mission
 from edge.missions.sighting import sight
 from edge.observation import STOP
-from edge.perception.close_look import look_closely
 from edge.perception.detection import Detector
 from edge.perception.encoder import Encoder
 from edge.perception.prompts import Target
@@ -59,8 +58,7 @@ class Approach(Mission):
     def story(self):
         yield STOP
         robot = self.robot
-        views = look_closely(robot.encoder, robot.frame.rgb, hfov=robot.camera.hfov)
-        first = sight(robot, self.detector, self.target, views)
+        first = sight(robot, self.detector, self.target, robot.look_closely())
         if first is None:
             return False
         self.centring = True
