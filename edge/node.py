@@ -121,13 +121,16 @@ class Node:
             self._restarts = self.base.restarts
             self._fail("the base was restarted and its odometry began anew")
             self.robot.wake_in(self.robot.grid)
-        if observation.frame is not None:
-            self._frame = observation.frame
-            if not self._knows_camera(observation.frame):
-                observation = replace(observation, frame=None)
+            self._saved = -np.inf  # that stamp was of the old clock
         try:
-            if self._mission is None:
+            if observation.frame is not None:
+                self._frame = observation.frame
+                if not self._knows_camera(observation.frame):
+                    observation = replace(observation, frame=None)
+            if self._mission is None or self.base.silent:
                 self.robot.perceive(observation)
+                if self._mission is not None:
+                    self.base.command(STOP)
             else:
                 self.base.command(self._mission.step(observation))
                 if self._mission.done:
@@ -279,13 +282,15 @@ class Node:
             late=self._late,
             object=self._object,
             outcome=self._outcome,
-            problem=self._problem or self.base.problem or self._missing(),
+            problem=self._problem or self._missing() or self.base.problem,
         )
 
     def _missing(self):
         """What the robot lacks to work, for people; empty if nothing."""
         if self.base.age > self.config.gone:
             return "the base sends no odometry"
+        if self.base.silent:
+            return self.base.silent
         if self.robot.localizer.lost:
             return "it does not find its place in its map; take it where it has been, or map anew into another --memory"
         return self._blind

@@ -32,6 +32,7 @@ class BaseConfig:
     wait_for_scan: float = 0.05  # s that a due observation waits for a scan; a slower lidar does not slow control down
     same_picture: float = 0.02  # s between the stamps of colour and depth of one picture; half a frame at 25 Hz
     remembered: int = 100  # odometry messages kept to interpolate in: 2 s at 50 Hz
+    quiet: float = 1.0  # s of the base's clock without a scan or a picture, after which a robot should not drive on
     restarted: float = 1.0  # s; a clock that jumps back by more belongs to a base that was restarted
 
 
@@ -41,7 +42,7 @@ class Base:
     def __init__(self, session, name, wake=None, config=None):
         """``name``: key root, e.g. ``robot1``. ``wake``: called when an observation may have become due."""
         self.config = config or BaseConfig()
-        self.problem = ""  # what is wrong with the base's messages, for people
+        self._problems: dict[str, str] = {}  # by topic, what is wrong with its newest message
         self.restarts = 0  # how often the base's clock, and with it its odometry, began anew
         self._odometry = Topic(session, f"{name}/odom", messages.Odometry, keep=50, wake=wake)
         self._scan = Topic(session, f"{name}/scan", messages.LaserScan, wake=wake)
@@ -57,8 +58,22 @@ class Base:
         self._poses = deque(maxlen=self.config.remembered)
         self._twist = np.zeros(2)
         self._last = self._last_scan = self._last_frame = -np.inf  # stamps of what was last handed out
+        self._first = np.inf  # of the first odometry
         self._colors, self._depths = deque(maxlen=3), deque(maxlen=3)  # (stamp, payload) not handed out yet
         self._pressed = False  # what the bumper said last
+
+    @property
+    def problem(self):
+        """What is wrong with the base's newest messages, for people; empty if nothing."""
+        return next(iter(self._problems.values()), "")
+
+    @property
+    def silent(self):
+        """Which sensor has been silent for too long to drive on, for people; empty if none."""
+        for sensor, last in (("lidar", self._last_scan), ("camera", self._last_frame)):
+            if self._last - max(last, self._first) > self.config.quiet:
+                return f"the {sensor} sends nothing, or with stamps that are not of the odometry's clock"
+        return ""
 
     @property
     def age(self):
@@ -73,10 +88,12 @@ class Base:
         """The camera that the base announces, or None while it has not; ``mounted`` says where it sits."""
         try:
             info = self._info.read_latest()
-            return info and camera_from_message(info, mounted)
+            camera = info and camera_from_message(info, mounted)
         except MessageError as error:
-            self._complain(error)
+            self._complain("camera_info", error)
             return None
+        self._problems.pop("camera_info", None)
+        return camera
 
     def observe(self):
         """The next ``Observation`` when one is due, else None. Call it whenever ``wake`` was called."""
@@ -95,14 +112,16 @@ class Base:
             try:
                 stamp, pose, twist = odometry_from_message(decode(messages.Odometry, payload))
             except MessageError as error:
-                self._complain(error)
+                self._complain("odom", error)
                 continue
             if not (np.isfinite(pose).all() and np.isfinite(twist).all()):
-                self._complain("odometry with NaN or infinity")
+                self._complain("odom", "odometry with NaN or infinity")
                 continue
+            self._problems.pop("odom", None)
             if self._stamps and stamp < self._stamps[-1] - self.config.restarted:
                 self.restarts += 1
                 self._forget()
+            self._first = min(self._first, stamp)
             if not self._stamps or stamp > self._stamps[-1]:
                 self._stamps.append(stamp)
                 self._poses.append(pose)
@@ -114,8 +133,9 @@ class Base:
         for payload in self._bumper.take():
             try:
                 self._pressed = decode(messages.Bool, payload).data
+                self._problems.pop("bumper", None)
             except MessageError as error:
-                self._complain(error)
+                self._complain("bumper", error)
             touched |= self._pressed
         return touched
 
@@ -128,8 +148,9 @@ class Base:
                 return None
             scan = scan_from_message(message, odom)
         except MessageError as error:
-            self._complain(error)
+            self._complain("scan", error)
             return None
+        self._problems.pop("scan", None)
         self._last_scan = stamp
         return scan
 
@@ -145,9 +166,11 @@ class Base:
                 if pairs:
                     self._last_frame = stamp
                     depth = min(pairs, key=lambda pair: abs(pair[0] - stamp))[1]
-                    return self._decode_frame(stamp, color, depth, odom)
+                    frame = self._decode_frame(stamp, color, depth, odom)
+                    self._problems.pop("camera", None)
+                    return frame
         except MessageError as error:
-            self._complain(error)
+            self._complain("camera", error)
         return None
 
     def _decode_frame(self, stamp, color, depth, odom):
@@ -178,7 +201,7 @@ class Base:
         pose[2] = wrap(pose[2])
         return pose
 
-    def _complain(self, problem):
-        if str(problem) != self.problem:
+    def _complain(self, topic, problem):
+        if str(problem) != self._problems.get(topic):
             log.warning("%s", problem)
-        self.problem = str(problem)
+        self._problems[topic] = str(problem)

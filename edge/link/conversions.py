@@ -98,7 +98,10 @@ def color_to_message(stamp, rgb):
 def color_from_message(message):
     """RGB ``(H, W, 3)`` uint8. Raises MessageError when the bytes are no picture."""
     data = np.frombuffer(message.data, np.uint8)
-    rgb = cv2.imdecode(data, cv2.IMREAD_COLOR_RGB) if len(data) else None
+    try:
+        rgb = cv2.imdecode(data, cv2.IMREAD_COLOR_RGB) if len(data) else None
+    except cv2.error:  # as for a size of millions of pixels a side
+        rgb = None
     if rgb is None:
         raise MessageError(f"{len(data)} bytes of {message.format!r} are not a picture")
     return rgb

@@ -3,6 +3,7 @@
 import sqlite3
 import threading
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -110,6 +111,7 @@ class Rig:
         self.node = Node(self.node_session, self.robot, missions, mapped, NodeConfig(name="r", silent=0.3), wait)
         self.stop, self.commands, self.time = threading.Event(), [], 0.0
         self.camera, self.picture = CAMERA, (24, 32)  # what the base announces; rows and columns that it sends
+        self.lidar = True  # whether it sends
         self._subscriber = self.session.declare_subscriber("r/cmd_vel", self._take)
         self._publishing = threading.Event()
         self._threads = [
@@ -138,10 +140,10 @@ class Rig:
             rgb, depth = np.full((*self.picture, 3), 100, np.uint8), np.ones(self.picture, np.float32)
             scan = LaserScan(self.time, np.full(36, 2.0, np.float32), -np.pi, np.pi / 18, 8.0, None)
             for topic, message in (
+                *([("scan", scan_to_message(scan, 0.1))] if self.lidar else []),
                 ("camera/camera_info", camera_to_message(self.time, self.camera)),
                 ("camera/depth/image_raw", depth_to_message(self.time, depth)),
                 ("camera/color/image/compressed", color_to_message(self.time, rgb)),
-                ("scan", scan_to_message(scan, 0.1)),
                 ("odom", odometry_to_message(self.time, (0.1 * self.time, 0.0, 0.0), (0.1, 0.0))),
             ):
                 self.session.put(f"r/{topic}", encode(message))
@@ -316,6 +318,37 @@ def test_a_silent_base_is_told_to_stop_and_so_are_people(rig):
     rig.until(lambda: rig.commands[-1] == Twist(0.2, 0.1))
 
 
+def test_while_a_sensor_is_silent_the_mission_waits(rig):
+    rig = rig(missions(map_steps=10**6))
+    rig.until(lambda: Twist(0.2, 0.1) in rig.commands)
+    rig.lidar = False
+    rig.until(lambda: "lidar sends nothing" in rig.status().problem)
+    rig.until(lambda: rig.commands[-1:] == [STOP])
+    assert rig.status().state == "mapping"
+    rig.lidar = True
+    rig.until(lambda: rig.commands[-1] == Twist(0.2, 0.1))
+    assert rig.status().problem == ""
+
+
+def test_after_the_base_started_anew_the_growing_map_is_saved_as_before(rig, monkeypatch):
+    rig = rig(missions(map_steps=10**6))
+    rig.node.config = replace(rig.node.config, save_every=1.0)
+    rig.time = 10_000.0
+    rig.until(lambda: rig.status().stamp > 10_001)
+    rig.time = 0.0
+    rig.until(lambda: rig.status().state == "idle" and rig.status().stamp < 100)
+    asking = threading.Thread(
+        target=lambda: pytest.raises(RequestError, rig.ask, "tour", requests.Tour(), requests.TourReply)
+    )
+    asking.start()
+    rig.until(lambda: rig.status().state == "mapping")
+    saved = []
+    monkeypatch.setattr(rig.robot.memory, "save_map", saved.append)
+    rig.until(lambda: len(saved) > 2)
+    rig.stop.set()
+    asking.join(10)
+
+
 def test_a_mission_that_breaks_stops_the_robot_and_keeps_the_map_and_the_next_may_do_better(rig, caplog):
     def find(robot, request):
         return Drive(robot, 3, found(robot), breaks=request.object == "zero")
@@ -370,6 +403,16 @@ def test_a_full_disk_is_told_and_survived(rig, monkeypatch, caplog):
     monkeypatch.setattr(rig.robot.memory, "save_map", full)
     rig.ask("cancel", requests.Cancel(), requests.CancelReply)
     assert "disk is full" in rig.status().problem and rig.status().state == "idle"
+
+
+def test_a_full_disk_at_the_first_picture_does_not_end_the_process(rig, monkeypatch, caplog):
+    def full(hfov):
+        raise sqlite3.OperationalError("database or disk is full")
+
+    monkeypatch.setattr(Vlpg, "note_camera", lambda memory, hfov: full(hfov))
+    rig = rig(missions(map_steps=10**6))
+    rig.until(lambda: "disk is full" in rig.status().problem)
+    assert rig.status().state == "idle"
 
 
 def test_stopping_the_process_stops_the_robot_and_refuses_who_waits(rig):

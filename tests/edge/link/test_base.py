@@ -162,10 +162,36 @@ def test_bad_messages_are_told_and_survived(base, fake, breaks):
     if breaks == "size":
         fake.color(1.0)
         fake.depth(1.0, np.ones((12, 16), np.float32))
+    if breaks in ("odom", "nan"):
+        assert base.observe() is None and base.problem
     fake.odom(1.0)
     seen = base.observe()
     assert seen.stamp == 1.0 and seen.frame is None and seen.scan is None
-    assert base.problem
+    assert bool(base.problem) == (breaks not in ("odom", "nan"))  # the newest odometry was good
+    for send in (fake.scan, fake.color, fake.depth, fake.odom):
+        send(1.5)
+    base.observe()
+    assert base.problem == ""
+
+
+def test_a_sensor_that_falls_silent_is_named(base, fake):
+    def goes_on(start, *sensors):
+        for stamp in start + 0.3 * np.arange(1, 6):
+            for send in (*sensors, fake.odom):
+                send(stamp)
+            base.observe()
+
+    fake.odom(100.0)
+    base.observe()
+    assert base.silent == ""  # it has only just begun
+    goes_on(100.0, fake.scan, fake.color, fake.depth)
+    assert base.silent == ""
+    goes_on(101.5, fake.color, fake.depth)
+    assert "lidar" in base.silent
+    goes_on(103.0, fake.scan)
+    assert "camera" in base.silent
+    goes_on(104.5, lambda stamp: fake.scan(stamp + 5), fake.color, fake.depth)  # its clock is ahead
+    assert "lidar" in base.silent and "clock" in base.silent
 
 
 def test_the_camera_is_the_announced_one(base, fake):

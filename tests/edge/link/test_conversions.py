@@ -122,7 +122,15 @@ def test_a_png_of_another_driver_is_a_picture_too():
     np.testing.assert_array_equal(convert.color_from_message(messages.CompressedImage(format="png", data=data)), rgb)
 
 
-@pytest.mark.parametrize("data", [b"", b"no picture"])
+def claims(rows, cols):
+    """A JPEG whose header says that it is so large."""
+    data = bytearray(convert.color_to_message(1.0, np.zeros((8, 8, 3), np.uint8)).data)
+    size = data.index(b"\xff\xc0") + 5
+    data[size : size + 4] = rows.to_bytes(2, "big") + cols.to_bytes(2, "big")
+    return bytes(data)
+
+
+@pytest.mark.parametrize("data", [b"", b"no picture", claims(65_000, 65_000)])
 def test_bytes_that_are_no_picture(data):
     with pytest.raises(MessageError, match="not a picture"):
         convert.color_from_message(messages.CompressedImage(format="jpeg", data=data))
