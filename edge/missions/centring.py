@@ -13,7 +13,8 @@ from edge.perception.detection import Detection, Detector
 from edge.perception.encoder import View
 from edge.perception.prompts import Target
 from edge.perception.tracking import BoxTracker
-from edge.planning.centring import ImageTarget
+from edge.planning.centring import ImageTarget, seen_after
+from edge.pose import between
 from edge.robot import Robot
 
 
@@ -35,20 +36,27 @@ def centre(robot: Robot, detector: Detector, sought: Target, first: Sighting, co
     """Approach until near and centred; the last ``Sighting``, or None when the object was lost on the way."""
     controller = controller_for(robot)
     tracker = BoxTracker()
-    middle = tracker.update(first.stamp, first.detection.centre)
+    u, row = tracker.update(first.stamp, first.detection.centre)
+    target, pose = ImageTarget(u, first.depth), first.pose  # as seen from there
     last, started, planned = first, robot.stamp, -np.inf
     while not controller.arrived and robot.stamp - started < config.time_limit:
+        here = robot.pose if robot.frame is None else robot.in_map(robot.frame.odom)
+        expected = seen_after(target, between(pose, here), robot.camera)
+        tracker.shift(expected.u - target.u)
+        target, pose = expected, here
         seen = None
         if robot.frame is not None:
-            seen = sight(robot, detector, sought, [_view(robot, middle, last.detection, config)])
+            seen = sight(robot, detector, sought, [_view(robot, (target.u, row), last.detection, config)])
         if seen is not None:
             last = seen
         elif robot.stamp - last.stamp > config.patience:
             return None
-        middle = tracker.update(robot.stamp, seen and seen.detection.centre) or middle
+        u, row = tracker.update(robot.stamp, seen and seen.detection.centre) or (target.u, row)
+        target = ImageTarget(u, target.depth if seen is None else seen.depth)
         if robot.stamp - planned >= config.replan_every:
             path, planned = route(robot, last.position, near=config.standoff), robot.stamp
-        yield steer(robot, controller, path, target=ImageTarget(middle[0], last.depth))
+        now = seen_after(target, between(pose, robot.pose), robot.camera)
+        yield steer(robot, controller, path, target=now)
     yield STOP
     return last
 

@@ -11,9 +11,9 @@ from edge.perception.constant_velocity import ConstantVelocity
 class TrackerConfig:
     """Noise of the centre's motion and of its measurement."""
 
-    acceleration: float = 60.0  # px/s^2, one sigma: turning at 1.5 rad/s moves the picture by 300 px/s within seconds
+    acceleration: float = 20.0  # px/s^2, one sigma: of what the camera's own motion does not explain
     centre_noise: float = 18.0  # px, one sigma: half a cell of the saliency map
-    velocity_prior: float = 120.0  # px/s, one sigma of a new track: the camera may be turning
+    velocity_prior: float = 20.0  # px/s, one sigma of a new track: most things stand still
     gate: float = 13.8  # squared Mahalanobis distance, chi-square with 2 degrees of freedom at 99.9 %
     max_age: float = 1.5  # s without a measurement until the track is given up
 
@@ -40,6 +40,11 @@ class BoxTracker:
     def covariance(self) -> np.ndarray:
         """(4, 4) of centre and velocity; zeros without a track."""
         return np.zeros((4, 4)) if self._filter is None else self._filter.covariance.copy()
+
+    def shift(self, du: float) -> None:
+        """The camera has turned or moved: a still object is now ``du`` [px] further right in its picture."""
+        if self._filter is not None:
+            self._filter.state[0] += du
 
     def update(self, stamp: float, centre: tuple[float, float] | None) -> tuple[float, float] | None:
         """Predict to ``stamp`` [s], then correct with a measured ``centre`` [px] (None: not seen); the estimate.

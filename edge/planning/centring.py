@@ -26,6 +26,15 @@ class ImageTarget:
     depth: float  # m along the optical axis
 
 
+def seen_after(target: ImageTarget, motion, camera: CameraModel) -> ImageTarget:
+    """How a still object looks after a ``motion (3,)`` of the base; its depth is kept over 0.1 m, as in ``predict``."""
+    x, y = camera.unproject(target.u, camera.centre[1], target.depth)[:2] - motion[:2]
+    cos, sin = np.cos(motion[2]), np.sin(motion[2])
+    ahead = max(float(cos * x + sin * y), camera.ahead + 0.1)
+    (u,), _, (depth,) = camera.project([(ahead, cos * y - sin * x, camera.mount_height)])
+    return ImageTarget(float(u), float(depth))
+
+
 def image_jacobian(e, depth, camera: CameraModel) -> tuple:
     """Rates of e = u − u₀ [px] and of the depth Z [m] as ``(de/dv, de/dω, dZ/dv, dZ/dω)``, for arrays of one shape.
 

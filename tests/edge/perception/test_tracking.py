@@ -45,6 +45,19 @@ def test_it_follows_a_moving_object_more_closely_than_the_measurements():
     assert tracker.velocity[0] == pytest.approx(240 / 5.9, abs=15)
 
 
+def test_of_a_still_object_before_a_turning_camera_it_is_surer_when_told_of_the_turn():
+    rng, turned = np.random.default_rng(0), np.array([250.0 * np.sin(0.3 * k) for k in range(60)])  # px, to and fro
+    noise = rng.normal(0, 15, 60)
+    told, untold = BoxTracker(), BoxTracker()
+    errors = np.empty((60, 2))
+    for k in range(60):
+        told.shift(turned[k] - turned[k - 1])
+        for column, tracker in enumerate((told, untold)):
+            errors[k, column] = tracker.update(0.1 * k, (160 + turned[k] + noise[k], 120.0))[0] - 160 - turned[k]
+    rms = np.sqrt((errors[20:] ** 2).mean(axis=0))
+    assert rms[0] < 0.7 * 15 and rms[0] < 0.3 * rms[1]
+
+
 def test_a_jump_is_ignored():
     tracker = BoxTracker()
     for k in range(20):

@@ -6,7 +6,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from edge.camera import CameraModel
-from edge.planning.centring import CentringConfig, ImageTarget, centred, centring_cost, image_jacobian, predict
+from edge.planning.centring import (
+    CentringConfig,
+    ImageTarget,
+    centred,
+    centring_cost,
+    image_jacobian,
+    predict,
+    seen_after,
+)
 from edge.pose import between
 
 CAMERA = CameraModel(ahead=0.12, left=0.05)
@@ -45,6 +53,18 @@ def test_prediction_follows_an_arc(v, omega, bearing):
     inside = np.abs(exact[:, 0]) < CAMERA.width / 2
     np.testing.assert_allclose(predicted_e[0, inside], exact[inside, 0], atol=1.0)
     np.testing.assert_allclose(predicted_depth[0, inside], exact[inside, 1], atol=0.02)
+
+
+@given(st.floats(1.0, 5.0), st.floats(-0.6, 0.6), st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-0.8, 0.8))
+def test_a_still_object_is_seen_elsewhere_after_a_motion(distance, bearing, x, y, turn):
+    thing = CAMERA.ahead + distance * np.cos(bearing), distance * np.sin(bearing)
+    e, depth = seen_from(np.zeros(3), thing)
+    found = seen_after(ImageTarget(e + CAMERA.centre[0], depth), np.array([x, y, turn]), CAMERA)
+    exact_e, exact_depth = seen_from(np.array([x, y, turn]), thing)
+    if exact_depth > 0.1:
+        assert (found.u - CAMERA.centre[0], found.depth) == pytest.approx((exact_e, exact_depth), abs=1e-6)
+    else:
+        assert found.depth == pytest.approx(0.1) and np.isfinite(found.u)
 
 
 def test_prediction_stays_finite_when_the_robot_drives_through_the_object():
