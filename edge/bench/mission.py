@@ -41,7 +41,7 @@ STAGES = (
     (OffloadedEncoder, "encode_text", "encode two prompts"),
     (Vlpg, "add", "offer a view to the memory"),
     (FindObject, "recall", "recall and rank viewpoints"),
-    (motion, "route", "plan a way"),
+    (motion, "plan", "plan a way"),
     (Mpepc, "step", "control"),
     (LocalSearch, "next_pose", "choose a view nearby"),
 )

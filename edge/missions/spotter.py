@@ -55,7 +55,7 @@ class Spotter:
     def stare(self) -> Story:
         """Stand still for some pictures and look closely; the last ``Sighting`` if most show the target, else None."""
         robot, sightings = self._robot, []
-        for _ in range(self.config.pictures):
+        while len(sightings) < self.config.pictures:
             yield STOP
             if robot.frame is not None:
                 sightings.append(sight(robot, self.detector, self._target, robot.look_closely()))

@@ -85,13 +85,6 @@ def visible_cells(occupied: np.ndarray, frame: GridFrame, pose, camera: CameraMo
     return np.flatnonzero(seen.reshape(rows + 2, width)[1:-1, 1:-1])
 
 
-def field_of_view(occupied: np.ndarray, frame: GridFrame, pose, camera: CameraModel) -> np.ndarray:
-    """The cells of ``visible_cells`` as a mask ``(R, C)`` bool."""
-    mask = np.zeros(occupied.shape, bool)
-    mask.ravel()[visible_cells(occupied, frame, pose, camera)] = True
-    return mask
-
-
 def rank_viewpoints(
     poses: np.ndarray,
     scores: np.ndarray,

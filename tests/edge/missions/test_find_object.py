@@ -12,8 +12,8 @@ from edge.missions.map_home import MapHome
 from edge.missions.motion import turn
 from edge.observation import STOP
 from edge.perception.prompts import Target
-from edge.planning.viewpoint import field_of_view
 from tests.edge.missions.conftest import make_robot, make_world
+from tests.edge.planning.fields import field_of_view
 from tools.eval.child import in_child
 from tools.eval.judge import judge
 from tools.eval.tour import run

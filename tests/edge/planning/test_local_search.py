@@ -10,7 +10,7 @@ import pytest
 from edge.camera import CameraModel
 from edge.mapping.grid import GridFrame
 from edge.planning.local_search import LocalSearch, LocalSearchConfig
-from edge.planning.viewpoint import field_of_view
+from tests.edge.planning.fields import field_of_view
 
 CAMERA = CameraModel()
 PAPER = LocalSearchConfig(size=6.0, elsewhere=0.9)

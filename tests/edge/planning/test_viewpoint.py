@@ -7,7 +7,8 @@ import pytest
 
 from edge.camera import CameraModel
 from edge.mapping.grid import GridFrame
-from edge.planning.viewpoint import ViewpointConfig, field_of_view, rank_viewpoints, visible_cells
+from edge.planning.viewpoint import ViewpointConfig, rank_viewpoints, visible_cells
+from tests.edge.planning.fields import field_of_view
 
 CAMERA = CameraModel()
 FRAME = GridFrame((-4.0, -3.0), 0.05, (160, 200))
