@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
+from itertools import chain
 from pathlib import Path
 
 from edge.link.session import LinkError, add_link_arguments, link_config
@@ -23,7 +24,8 @@ PACKAGES = ("numpy", "onnxruntime", "opencv-python-headless", "eclipse-zenoh", "
 # What int8 products gain from, as the kernel names it: ARM's and Intel's.
 FEATURES = ("asimddp", "i8mm", "sve", "avx2", "avx_vnni", "avx512_vnni", "amx_int8")
 NEEDED = {"asimd", "avx2"}  # one of them; without, ONNX Runtime's int8 is slower than float32
-FREE_MEMORY, FREE_DISK = 200.0, 300.0  # MB: the robot's budget and some, two installed versions
+FREE_MEMORY, FREE_DISK = 200.0, 100.0  # MB: the robot's budget and some; memories of homes, and logs
+REINSTALL = "install the robot again: install.sh, or pip install ."
 PASSES = 20  # of the image tower, for its time
 STEP = 100.0  # ms, a control step: a pass must leave room in it
 PARITY_SLACK = 0.005  # cosine that int8 kernels of other processors may differ by
@@ -65,13 +67,13 @@ def machine() -> Iterator[Finding]:
     yield Finding("clock", time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()), "set the clock" if year < 2026 else "")
 
 
-def packages() -> Iterator[Finding]:
-    """Versions of what the robot imports."""
-    for name in PACKAGES:
+def packages(text: bool) -> Iterator[Finding]:
+    """Versions of what the robot imports, with or without its text tower."""
+    for name in (*PACKAGES, "tokenizers") if text else PACKAGES:
         try:
             yield Finding("package", f"{name} {version_of(name)}")
         except PackageNotFoundError:
-            yield Finding("package", f"{name} is missing", "install the robot again: install.sh, or pip install .")
+            yield Finding("package", f"{name} is missing", REINSTALL)
 
 
 def model(name: str | None, text: bool) -> Iterator[Finding]:
@@ -173,21 +175,24 @@ def main(arguments=None):
     add_link_arguments(parser)
     options = parser.parse_args(arguments)
     text, bad = options.offload != "host", 0
-    checks = [machine(), packages(), model(options.model, text)]
+    checks = [machine(), packages(text), model(options.model, text)]
     if options.memory:
         checks.append(store(options.memory, _digest(options.model)))
     if not options.no_link:
         checks.append(link(link_config(options), options.name, not text))
-    for check in checks:
-        for finding in check:
+    try:
+        for finding in chain(*checks):
             bad += bool(finding.remedy)
             print(finding, flush=True)
+    except ImportError as error:
+        bad += 1
+        print(Finding("the rest", f"cannot be looked at without {error.name}", REINSTALL))
     raise SystemExit(1 if bad else 0)
 
 
 def _parity(subject: str, cosine: float, stated: float | None) -> Finding:
     low = stated is not None and cosine < stated - PARITY_SLACK
-    remedy = f"the card says {stated:g}: report this processor with its ONNX Runtime" if low else ""
+    remedy = f"the manifest says {stated:g}: report this processor with its ONNX Runtime" if low else ""
     return Finding(subject, f"cosine {cosine:.4f} to float32", remedy)
 
 

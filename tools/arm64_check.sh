@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 folder=$(realpath -m "${1:-build/arm64}")
 system=$folder/system
 python=.venv/bin/python
-[ -x $python ] || { echo "run tools/install.sh dev first" >&2; exit 1; }
+[ -x $python ] || { echo "run bash tools/install.sh dev first" >&2; exit 1; }
 [ "$(id -u)" = 0 ] || { echo "run it as root: it makes a system of its own and changes into it" >&2; exit 1; }
 for tool in mmdebstrap qemu-aarch64-static; do
     command -v $tool >/dev/null || { apt-get install --quiet --yes mmdebstrap qemu-user-static; break; }

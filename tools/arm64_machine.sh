@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.."
 folder=$(realpath -m "${1:-build/arm64}")
 root=$folder/machine
 python=.venv/bin/python
-[ -x $python ] || { echo "run tools/install.sh dev first" >&2; exit 1; }
+[ -x $python ] || { echo "run bash tools/install.sh dev first" >&2; exit 1; }
 [ "$(id -u)" = 0 ] || { echo "run it as root: it makes a system of its own" >&2; exit 1; }
 packages="mmdebstrap qemu-system-arm e2fsprogs cpio kmod"
 for tool in mmdebstrap qemu-system-aarch64 mke2fs cpio depmod; do

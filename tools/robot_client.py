@@ -8,7 +8,7 @@ from edge.link.exchange import NoAnswer, ask
 
 NAME = "robot1"  # key root
 PROMPT = 10.0  # s for an answer that takes no driving; the robot answers between two control steps
-PATIENT = 1800.0  # s for a search or a tour; the robot's own limits are 5 and 15 minutes of its clock
+PATIENT = 1800.0  # s for a search or a tour; the robot's own limits are 5 to 15 minutes of its clock
 
 
 class RobotClient:

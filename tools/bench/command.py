@@ -10,7 +10,7 @@ from tools.bench import boards, encoder, store
 
 EPILOG = """\
 vlpg bench record FILE         make a recording, of another home or other objects than the usual one
-vlpg bench boards FILE         an estimate, from such a file, for boards where it was not measured
+vlpg bench boards REPORT        an estimate, from what mission --json wrote, for boards where it was not measured
 vlpg bench peers encoder       the image tower beside the same in float32
 vlpg bench peers store         a question to the memory beside other vector searches
 """

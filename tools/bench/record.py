@@ -43,7 +43,7 @@ def record(path: Path, home: str, objects, model: str = DEFAULT, seed: int = 0) 
 def main(arguments: list[str] | None = None) -> None:
     """``vlpg bench record``."""
     parser = argparse.ArgumentParser(prog="vlpg bench record", description=__doc__.split(": ", 1)[1])
-    parser.add_argument("file", type=Path, metavar="FILE", help="where to write it (.npz)")
+    parser.add_argument("file", type=Path, metavar="FILE", help="where to write it (.rec)")
     parser.add_argument("--home", default=HOME, help="a name, a file or generated:SEED (default: %(default)s)")
     parser.add_argument("--objects", nargs="+", default=OBJECTS, help="what to look for (default: %(default)s)")
     parser.add_argument("--model", default=DEFAULT, help="name or folder of the encoder (default: %(default)s)")

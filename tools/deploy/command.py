@@ -85,7 +85,7 @@ def _push(options) -> int:
     number, size = board.send(contents(config, _cache(config.target)))
     print(f"sent {number} files, {size / 1e6:.1f} MB; what had not changed was there already")
     print(board.install().strip())
-    table, well = board.doctor(options.offload)
+    table, well = board.doctor(model.folder.name, options.offload)
     print(table.rstrip())
     return 0 if well else 1
 

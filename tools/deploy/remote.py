@@ -116,9 +116,9 @@ class Board:
         """To the version before. Raises DeployError when there is none."""
         return self._script("--rollback")
 
-    def doctor(self, offload: bool) -> tuple[str, bool]:
-        """The table of the installed ``vlpg-doctor``, and whether all is well."""
-        options = "--no-link" + (" --offload host" if offload else "")
+    def doctor(self, model: str, offload: bool) -> tuple[str, bool]:
+        """The table of the installed ``vlpg-doctor`` about ``model``, and whether all is well."""
+        options = f"--no-link --model {shlex.quote(model)}" + (" --offload host" if offload else "")
         done = self._run(f"{shlex.quote(self.root)}/opt/vlpg/bin/vlpg-doctor {options}")
         return done.stdout + done.stderr, done.returncode == 0
 

@@ -20,7 +20,8 @@ from tools.eval.options import need_gtsam
 from tools.eval.oracle import OracleEncoder
 from tools.eval.tour import new_robot, run
 
-# Wheels ten times as uneven as the simulator's own, so that a tour of one flat drifts as far as a larger home would.
+# Wheels ten times as uneven as the simulator's own, and five times as slippery, so that a tour of one flat drifts as
+# far as one of a larger home would.
 DRIFTING = BaseConfig(scale_error=0.04, slip=0.10)
 
 

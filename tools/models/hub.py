@@ -49,7 +49,7 @@ class Repository:
             from huggingface_hub import snapshot_download
             from huggingface_hub.errors import HfHubHTTPError, LocalEntryNotFoundError
         except ImportError:
-            raise ModelError("Reading from a hub needs huggingface-hub: pip install '.[tools]'.") from None
+            raise ModelError("Reading from a hub needs huggingface-hub: pip install '.[import]'.") from None
         try:
             # The environment is passed on, as huggingface_hub reads it only once, when it is imported.
             environment = {"endpoint": endpoint(), "token": token(), "local_files_only": offline()}

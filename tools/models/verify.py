@@ -1,11 +1,11 @@
-"""``vlpg models verify``: are the files whole, and is the model here what its card says it is?"""
+"""``vlpg models verify``: are the files whole, and is the model here what its manifest says it is?"""
 
 from dataclasses import dataclass
 
 from models.manifest import Manifest
 from tools.models.measure import measure
 
-# int8 kernels of other processors round otherwise (cosine 0.9995 between x86-64 and arm64).
+# int8 kernels of other processors round otherwise (median cosine 0.998 between x86-64 and arm64).
 PARITY_SLACK = 0.005  # cosine
 # Other versions and builds of Python, numpy and ONNX Runtime map other amounts of code.
 MEMORY_SLACK = 0.15  # share of the card's value

@@ -45,7 +45,7 @@ committed weights were made in two rounds, the first one with three of the libra
 
 `python -m tools.train evaluate` measures all of this and `python -m tools.train card` writes it here. In parts:
 `vlpg eval encoder` (names, homes, photographs), `vlpg bench peers encoder` (speed, memory), `vlpg models verify {name}`
-(int8 against float32, speed and memory, compared with this card's figures, which `manifest.json` has too).
+(int8 against float32, speed and memory, compared with the figures of `manifest.json`, measured apart from those below).
 
 ### Names
 

@@ -44,7 +44,7 @@ def held_out(libraries: dict[str, Path]) -> list[Entry]:
 
 def render_held_out(libraries: dict[str, Path], folder: Path) -> None:
     """Write each held-out model from three yaws on a two-tone ground, filling the frame, as PNG; skip what is there."""
-    from tools.assets.obj_model import load_mesh  # late: numba comes with the training extra, homes need none
+    from tools.assets.obj_model import load_mesh  # late: numba comes with the extra assets, homes need none
     from tools.assets.rasterizer import render
     from tools.train.sprites import FRONT
 

@@ -106,7 +106,7 @@ def test_it_is_installed_updated_and_taken_back(board, cache, model, monkeypatch
         releases.append(board.release())
     assert releases[0] != releases[1]
     assert "back at" in board.rollback() and board.release() == releases[0]
-    table, well = board.doctor(offload=True)
+    table, well = board.doctor("lite0-minilm", offload=True)
     assert not well and "No module named 'zenoh'" in table  # its wheels are not the real ones
 
 

@@ -47,7 +47,7 @@ def main(arguments: list[str] | None = None) -> None:
     what.add_argument(
         "--table", type=int, choices=[1, 2], default=2, help="1: each prompt alone, ensembles; 2: planners (default)"
     )
-    what.add_argument("--sweep", choices=list(SWEEPS), help="vary what the paper leaves open, for I-FBE2")
+    what.add_argument("--sweep", choices=list(SWEEPS), help="vary what the paper leaves open")
     what.add_argument("--figure", choices=["qq"], help="whether similarities over prompts are normal, as Fig. 3")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="draw the table or the figure")
     options = parser.parse_args(arguments)
