@@ -28,7 +28,7 @@ class GoalRegion:
 
     def shortest_path(self, start) -> float:
         """Length [m] of the shortest way from ``start (2,)`` to the region; infinite when there is none."""
-        frame, free = self._space.frame, self._space.clearance >= ROBOT_RADIUS
+        frame, free = self._space.frame, self._space.reachable(ROBOT_RADIUS, start[:2])
         rows, cols = np.nonzero(free)
         places = frame.to_world(rows, cols)
         region = np.zeros(frame.shape, bool)

@@ -28,6 +28,17 @@ def test_a_wall_between_hides_it():
     assert region.distance([right - 1.5, 0.7]) < np.inf
 
 
+def test_floor_that_is_only_connected_across_a_corner_is_not_reached(monkeypatch):
+    """A disc cannot pass between two blocked cells that touch at a corner, and no path is planned there."""
+    region = GoalRegion(HOUSE, "teddy bear")
+    clearance = np.zeros_like(region._space.clearance)
+    row, col = (int(i) for i in region._space.frame.to_cell(np.array(HOUSE.start[:2])))
+    clearance[row, col] = clearance[row + 1, col + 1] = 1.0
+    monkeypatch.setattr(region._space, "clearance", clearance)
+    monkeypatch.setattr(region, "_away", lambda thing, places: np.where(places[:, 1] > places[:, 1].min(), 0.0, np.inf))
+    assert region.shortest_path(HOUSE.start) == np.inf
+
+
 def test_nothing_is_near_what_the_home_does_not_have():
     region = GoalRegion(HOUSE, "submarine")
     assert region.distance([2.0, 2.0]) == np.inf and region.shortest_path(HOUSE.start) == np.inf
