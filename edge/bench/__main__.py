@@ -8,7 +8,7 @@ from pathlib import Path
 from edge.bench.baseline import regressions
 from edge.bench.budget import BOARD, BUDGETS, HOST, overruns
 from edge.bench.limit import MemoryLimit
-from edge.bench.measure import FEWEST, MOST, Subject, measure, run, subjects
+from edge.bench.measure import FEWEST, MOST, Subject, measure, subjects, weigh
 from edge.bench.probe_process import ProbeFailed
 from edge.bench.recording import Recording, RecordingError
 from edge.bench.report import STEP, Report, ReportError
@@ -23,7 +23,9 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--recording", type=Path, metavar="FILE", help="of the home in which to plan and to search")
     parser.add_argument("--model", default=DEFAULT, help="name or folder of the encoder (default: %(default)s)")
     parser.add_argument("--budget", choices=list(BUDGETS), help="exit code 1 if a figure is over this board's")
-    parser.add_argument("--runs", type=int, metavar="N", help=f"processes of each kind (default: {FEWEST} to {MOST})")
+    parser.add_argument(
+        "--runs", type=int, metavar="N", help=f"processes of each kind that are timed (default: {FEWEST} to {MOST})"
+    )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
     parser.add_argument("--against", type=Path, metavar="FILE", help="exit code 1 if worse than this earlier --json")
     parser.add_argument(
@@ -101,7 +103,7 @@ def enforce(missions: list[Subject], options: argparse.Namespace) -> int:
         with MemoryLimit(limit) as hard:
             under = f"{subject.name} under {limit:g} MB by {hard.kind}"
             try:
-                _, process = run(subject, hard.enter)
+                _, process = weigh(subject, hard.enter)
             except ProbeFailed as error:
                 print(f"OVER  {under}: {error}")
                 return 1

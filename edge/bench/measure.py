@@ -2,7 +2,8 @@
 
 import json
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +11,8 @@ from edge.bench.budget import BOARD, HOST
 from edge.bench.probe_process import ProbeProcess
 from edge.bench.report import Process, Report, Stage, this_machine
 
-FEWEST, MOST = 3, 10  # processes
+WEIGHED = 2  # processes whose memory is read; that holds them up, so that others are timed
+FEWEST, MOST = 3, 10  # processes that are timed
 CLOSE = 0.05  # half the 95 % interval of a median, as a share of it, that is small enough
 FOLDER = "{folder}"  # stands for a new one in a process's arguments
 SHORT, RARE = 1.0, 20  # ms and calls in all; of shorter or rarer stages the medians need not be that close
@@ -45,30 +47,46 @@ def measure(what: list[Subject], model: str, fewest=FEWEST, most=MOST, tell: Cal
     """All figures of the subjects. Raises ProbeFailed when one does not run."""
     report = Report(this_machine(), model)
     for subject in what:
-        runs: dict[str, list[list[float]]] = {}
         processes: list[Process] = []
-        while len(processes) < fewest or len(processes) < most and not _close(runs):
-            tell(f"{subject.name}: process {len(processes) + 1}")
-            said, process = run(subject)
+        for number in range(WEIGHED):
+            tell(f"{subject.name}: process {number + 1} is weighed")
+            said, process = weigh(subject)
             processes.append(process)
-            for stage, times in said["stages"].items():
-                runs.setdefault(stage, []).append(times)
             report.sizes |= {f"{subject.name}: {name}": size for name, size in said["sizes"].items()}
         report.processes[subject.name] = max(processes, key=lambda process: process.peak)
+        runs: dict[str, list[list[float]]] = {}
+        count = 0
+        while count < fewest or count < most and not _close(runs):
+            count += 1
+            tell(f"{subject.name}: process {count} is timed")
+            for stage, times in run(subject)["stages"].items():
+                runs.setdefault(stage, []).append(times)
         report.stages |= {f"{subject.name}: {stage}": Stage.of(times) for stage, times in runs.items()}
-        report.runs = max(report.runs, len(processes))
+        report.runs = max(report.runs, count)
     return report
 
 
-def run(subject: Subject, limit: Callable[[], None] | None = None) -> tuple[dict, Process]:
-    """What one process said and took."""
-    with tempfile.TemporaryDirectory() as folder:
-        arguments = (folder if argument == FOLDER else argument for argument in subject.arguments)
-        with ProbeProcess(subject.module, *arguments, period=subject.period, limit=limit) as probe:
-            now = probe.now
-            peak = max(probe.peak, now, key=lambda usage: usage.pss)  # the last reading may have come before the end
+def weigh(subject: Subject, limit: Callable[[], None] | None = None) -> tuple[dict, Process]:
+    """What one process said, slower than by itself, and took."""
+    with _begun(subject, subject.period, limit) as probe:
+        now = probe.now
+        peak = max(probe.peak, now, key=lambda usage: usage.pss)  # the last reading may have come before the end
     figures = peak.pss, peak.anonymous, peak.file_backed, now.pss, peak.rss
     return json.loads(probe.said), Process(*(round(figure, 1) for figure in figures))
+
+
+def run(subject: Subject) -> dict:
+    """What one process said that nobody disturbed."""
+    with _begun(subject, None) as probe:
+        return json.loads(probe.said)
+
+
+@contextmanager
+def _begun(subject: Subject, period: float | None, limit: Callable[[], None] | None = None) -> Iterator[ProbeProcess]:
+    with tempfile.TemporaryDirectory() as folder:
+        arguments = (folder if argument == FOLDER else argument for argument in subject.arguments)
+        with ProbeProcess(subject.module, *arguments, period=period, limit=limit) as probe:
+            yield probe
 
 
 def _close(runs: dict[str, list[list[float]]]) -> bool:

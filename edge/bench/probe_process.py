@@ -27,10 +27,13 @@ class ProbeProcess:
 
     PERIOD = 0.004  # s between two readings of the memory; what takes a megabyte for less is missed
 
-    def __init__(self, module: str, *arguments: str, period: float = PERIOD, limit: Callable[[], None] | None = None):
+    def __init__(
+        self, module: str, *arguments: str, period: float | None = PERIOD, limit: Callable[[], None] | None = None
+    ):
         """Starts it and waits until it is ready, which is when it prints a line: ``said``.
 
-        ``limit`` is called in the process before it begins. Raises ProbeFailed when it ends instead.
+        ``period`` [s] is between readings of its memory, which hold it up: None where it is to be timed. ``limit`` is
+        called in the process before it begins. Raises ProbeFailed when it ends instead.
         """
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", module, *map(str, arguments)],

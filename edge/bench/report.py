@@ -57,7 +57,7 @@ class Report:
 
     machine: str
     model: str
-    runs: int = 0  # the most fresh processes of a subject
+    runs: int = 0  # the most fresh processes of a subject that were timed
     stages: dict[str, Stage] = field(default_factory=dict)
     processes: dict[str, Process] = field(default_factory=dict)
     sizes: dict[str, float] = field(default_factory=dict)  # MB
@@ -79,7 +79,7 @@ class Report:
             raise ReportError(f"{path} is no report of this benchmark; make it anew with --json {path}") from error
 
     def __str__(self):
-        lines = [f"{self.machine}; {self.model}; one core, {self.runs} fresh processes of each kind at most"]
+        lines = [f"{self.machine}; {self.model}; one core, {self.runs} fresh processes of each kind timed at most"]
         if self.stages:
             lines += ["", f"{'stage, ms':56} {'p50':>8} {'±':>6} {'p95':>8} {'max':>8} {'calls':>7}"]
             for name, stage in self.stages.items():

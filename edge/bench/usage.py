@@ -52,7 +52,8 @@ class Sampler:
     A peak that lasts less than the period may be missed.
     """
 
-    def __init__(self, pids: dict[str, int], period: float = 0.5):
+    def __init__(self, pids: dict[str, int], period: float | None = 0.5):
+        """With a ``period`` of None they are read once."""
         self.pids = dict(pids)
         self.period = period
         self.histories = {name: History() for name in pids}

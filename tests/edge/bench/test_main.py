@@ -69,7 +69,7 @@ def test_enforced_with_enough_and_with_too_little(recording, capsys):
 
 
 def test_each_kind_of_mission_has_the_budgets_limit_for_it(monkeypatch, recording, capsys):
-    monkeypatch.setattr(command, "run", lambda subject, limit: ({}, Process(99.0, 50.0, 49.0, 90.0, 110.0)))
+    monkeypatch.setattr(command, "weigh", lambda subject, limit: ({}, Process(99.0, 50.0, 49.0, 90.0, 110.0)))
     assert ended(["mission", "--recording", str(recording), "--budget", "pi-zero-2w", "--enforce"]) == 0
     told = capsys.readouterr().out.splitlines()
     assert told[0].startswith("mission under 170 MB") and told[1].startswith("mission, text on the host under 130 MB")
