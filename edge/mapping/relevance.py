@@ -76,11 +76,15 @@ class RelevanceMap:
 
     def around(self, place, radius: float) -> tuple[float, float]:
         """Median of mean and of variance over a disc of ``radius`` [m] around ``place (2,)`` [m] ([U] Sec. IV)."""
+        cells = self.disc(place, radius)
+        return float(np.median(self.mean[cells])), float(np.median(self.variance[cells]))
+
+    def disc(self, place, radius: float) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns of the cells within ``radius`` [m] of ``place (2,)`` [m]."""
         row, col = self.frame.to_cell(place)
         cells = int(np.ceil(radius / self.frame.resolution))
         down, right = np.mgrid[-cells : cells + 1, -cells : cells + 1]
         disc = down**2 + right**2 <= (radius / self.frame.resolution) ** 2
         rows, cols = row + down[disc], col + right[disc]
         inside = self.frame.contains(rows, cols)
-        rows, cols = rows[inside], cols[inside]
-        return float(np.median(self.mean[rows, cols])), float(np.median(self.variance[rows, cols]))
+        return rows[inside], cols[inside]

@@ -18,3 +18,11 @@ class ValueMap(RelevanceMap):
         total = old + confidence
         self.mean[cells] = (old * self.mean[cells] + confidence * np.float32(relevance.mean())) / total
         self.variance[cells] = 1 - (old**2 + confidence**2) / total
+
+    def around(self, place, radius: float) -> tuple[float, float]:
+        """Medians over the cells of the disc that were seen, as VLFM takes them: others have no value, not 0."""
+        rows, cols = self.disc(place, radius)
+        seen = self.variance[rows, cols] < self.config.variance
+        if not seen.any():
+            return self.config.mean, self.config.variance
+        return float(np.median(self.mean[rows, cols][seen])), float(np.median(self.variance[rows, cols][seen]))
