@@ -47,8 +47,9 @@ def surface(detection: Detection, depth, camera: CameraModel, pose, grid: Occupa
     Where its mask has no return, the map tells how far one can see: that is provisional.
     """
     (x0, y0, x1, _), mask = detection.box, detection.mask
-    rows, cols = np.nonzero(mask[::STRIDE, ::STRIDE])
-    u, ranges = cols * STRIDE + int(x0), depth[rows * STRIDE + int(y0), cols * STRIDE + int(x0)]
+    stride = STRIDE if mask[::STRIDE, ::STRIDE].any() else 1  # a small mask may lie between the points
+    rows, cols = np.nonzero(mask[::stride, ::stride])
+    u, ranges = cols * stride + int(x0), depth[rows * stride + int(y0), cols * stride + int(x0)]
     blank = ~(np.isfinite(ranges) & (ranges > 0))
     columns, column = np.unique(u[blank], return_inverse=True)
     ranges[blank] = mapped_depth(grid, camera, pose, columns)[column]

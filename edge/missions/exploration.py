@@ -90,10 +90,14 @@ class Exploration:
     def _notice(self, seen: Surface) -> None:
         if self._is_refuted(seen.centroid):
             return
-        if self.goal is None or (self.goal.provisional and not seen.provisional):
-            self.goal = ObjectGoal(seen)
-        elif self.goal.is_at(seen.centroid):
+        if self.goal is not None and self.goal.is_at(seen.centroid):
             self.goal.update(seen)
+        elif self.goal is None or (self.goal.provisional and not seen.provisional and not self._was_looked_at()):
+            self.goal = ObjectGoal(seen)
+
+    def _was_looked_at(self) -> bool:
+        """Whether a close look took the goal for the object; a view of another thing is no reason then to leave it."""
+        return any(candidate.goal is self.goal for candidate in self.candidates)
 
     def _is_refuted(self, place) -> bool:
         return any(np.hypot(*(place - other)) <= self.config.refuted for other in self._refuted)

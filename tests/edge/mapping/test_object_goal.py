@@ -32,6 +32,13 @@ def test_a_thing_ahead_is_where_depth_says():
     assert np.ptp(found.points[:, 0]) == pytest.approx(width, rel=0.12)
 
 
+def test_a_mask_between_the_points_of_the_stride_counts_too():
+    mask = np.zeros((5, 6), bool)
+    mask[1:4, 1:4] = True
+    found = seen(depth_of(2.0), Detection((158.0, 118.0, 164.0, 123.0), 0.9, mask))
+    assert found.centroid == pytest.approx([1.0, 2.0 + CAMERA.ahead + 2.0], abs=0.05)
+
+
 def test_what_shows_beside_it_does_not_count():
     depth = depth_of(4.0)
     depth[100:140, 140:170] = 2.0

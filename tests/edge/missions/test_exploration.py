@@ -5,7 +5,7 @@ import pytest
 
 from edge.localization.localizer import Localizer, LocalizerConfig
 from edge.mapping.object_goal import ObjectGoal, Surface
-from edge.missions.exploration import Exploration
+from edge.missions.exploration import Candidate, Exploration
 from edge.observation import STOP
 from edge.perception.prompts import Target, ensemble
 from edge.pose import between
@@ -52,6 +52,21 @@ def test_a_close_look_elsewhere_does_not_confirm_the_goal_but_moves_it():
     exploration.goal = ObjectGoal(Surface(np.array([[2.5, -1.5]]), False))
     assert exploration.look_closely() is None and exploration.best is None
     assert exploration.goal.is_at(place_of(world, "couch-1", TO_COUCH))
+
+
+def test_a_firm_view_of_the_same_thing_is_no_other_goal_and_one_from_afar_no_better_one():
+    world, robot, exploration = explorer(start=TO_COUCH)
+    exploration.goal = goal = ObjectGoal(Surface(np.array([[1.0, 0.0]]), True))
+    firm, elsewhere = Surface(np.array([[1.1, 0.0]]), False), Surface(np.array([[6.0, 3.0]]), False)
+    exploration._notice(firm)
+    assert exploration.goal is goal and not goal.provisional
+    exploration.goal = goal = ObjectGoal(Surface(np.array([[1.0, 0.0]]), True))
+    exploration.candidates.append(Candidate(goal, 0.95, 0.8))
+    exploration._notice(elsewhere)
+    assert exploration.goal is goal  # it was looked at closely
+    exploration.candidates.clear()
+    exploration._notice(elsewhere)
+    assert exploration.goal.is_at([6.0, 3.0])
 
 
 def test_what_was_refuted_is_not_noticed_again():
