@@ -40,7 +40,8 @@ def compare(folder: Path) -> list[tuple[str, str, bool]]:
         same = float((ours["ids"] == theirs["ids"]).mean())
         statuses = str(ours["status"]), str(theirs["status"])
         nodes = _nodes(folder / "there.vlpg")
-        claims = float(np.hypot(*(ours["claimed"] - theirs["claimed"])))  # NaN where nothing was
+        places = ours["claimed"], theirs["claimed"]  # NaN where nothing was
+        claims, silent = float(np.hypot(*np.subtract(*places))), [bool(np.isnan(place).any()) for place in places]
         alike = float(np.median(cosines)), float(cosines.min())
         return [
             ("int8 picture vectors", "cosine {:.4f}, least {:.4f}".format(*alike), all(np.greater(alike, ALIKE))),
@@ -50,8 +51,14 @@ def compare(folder: Path) -> list[tuple[str, str, bool]]:
             ("poses believed", f"at most {away:.3f} m, {np.degrees(turned):.2f}°", away < NEAR[0] and turned < NEAR[1]),
             ("commands", f"median {commands[0]:.3f} m/s, {commands[1]:.3f} rad/s", bool((commands <= TWIST).all())),
             ("the search's end", f"{statuses[0]} here, {statuses[1]} there", statuses[0] == statuses[1]),
-            ("what it claims", "nothing" if np.isnan(claims) else f"{claims:.2f} m apart", not claims > APART),
+            ("what it claims", _claimed(claims, silent), claims <= APART or all(silent)),
         ]
+
+
+def _claimed(apart: float, silent: list[bool]) -> str:
+    if any(silent):
+        return "nothing" if all(silent) else f"something {'there' if silent[0] else 'here'} only"
+    return f"{apart:.2f} m apart"
 
 
 def _nodes(store: Path) -> int:

@@ -49,6 +49,7 @@ def test_the_same_is_well(folder):
         ({"commands": np.full((5, 2), 0.5)}, "commands"),
         ({"status": np.array("not found")}, "the search's end"),
         ({"claimed": np.array([1.0, 3.0])}, "what it claims"),
+        ({"claimed": np.full(2, np.nan)}, "what it claims"),
     ],
 )
 def test_a_difference_is_told(folder, changed, subject):
