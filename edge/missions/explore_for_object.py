@@ -9,7 +9,7 @@ from edge.missions.centring import centre
 from edge.missions.exploration import Exploration, ExplorationConfig
 from edge.missions.mission import Story, until
 from edge.missions.motion import drive, look_from_near, route, turn
-from edge.missions.search import Claim, Search
+from edge.missions.search import Search
 from edge.missions.spotter import Spotter
 from edge.perception.prompts import Target, ensemble
 from edge.planning.acquisition import upper_confidence_bound
@@ -39,7 +39,6 @@ class ExploreForObject(Search):
         prompts = robot.encoder.encode_text(ensemble(target.name))
         self.exploration = Exploration(robot, target, prompts, _bound, config=self.config.exploration)
         self.spotter = Spotter(robot, target)
-        self.claims: list[Claim] = []
         super().__init__(robot, target, self.config.time_limit)
 
     def search(self) -> Story:
@@ -49,13 +48,12 @@ class ExploreForObject(Search):
         sure = yield from self.watching(turn(robot, 2 * np.pi))
         while not sure and self.elapsed < self.config.enough and (frontier := self.exploration.next_frontier()):
             sure = yield from self.watching(self.visit(frontier))
-        best = max(self.claims, key=lambda claim: claim.confidence, default=None)
-        if best is None or best.confidence < self.config.claimed:
-            return self.ended("not found", best)
+        if self.best is None or self.best.confidence < self.config.claimed:
+            return self.ended("not found", self.best)
         if not sure:
-            centred = yield from self.spotter.approach(best.sighting)
-            best = best if centred is None else replace(best, sighting=centred)
-        return self.ended("found", best)
+            centred = yield from self.spotter.approach(self.best.sighting)
+            self.best = self.best if centred is None else replace(self.best, sighting=centred)
+        return self.ended("found", self.best)
 
     def watching(self, action: Story) -> Story:
         """Do that, and heed every picture meanwhile; whether it led to a claim that is sure."""
@@ -64,10 +62,10 @@ class ExploreForObject(Search):
             self.exploration.take_in()
             while self.exploration.goal is not None:
                 claim = yield from self.reach()
-                if claim is not None:
-                    self.claims.append(claim)
-                    if claim.confidence >= self.config.sure:
-                        return True
+                if claim is not None and (self.best is None or claim.confidence > self.best.confidence):
+                    self.best = claim
+                if claim is not None and claim.confidence >= self.config.sure:
+                    return True
                 self.exploration.refute()
         return False
 

@@ -57,22 +57,22 @@ class FindObject(Search):
         self.hypotheses = self.recall()
         if not self.search_unknown and not self.remembered():
             return self.ended("not in memory")
-        best = here = None
+        here = None
         for hypothesis in self.hypotheses[: self.config.hypotheses]:
             sighting = yield from self.inspect(hypothesis)
             centred = sighting and (yield from self.spotter.approach(sighting))
             here = centred and self.claim(centred, float(self._scores[hypothesis.members].max()))
-            if here and (best is None or here.confidence > best.confidence):
-                best = here
-            if best and best.confidence >= self.config.sure or self.elapsed > self.config.enough:
+            if here and (self.best is None or here.confidence > self.best.confidence):
+                self.best = here
+            if self.best and self.best.confidence >= self.config.sure or self.elapsed > self.config.enough:
                 break
-        if best is None and self.search_unknown and self.hypotheses:
+        if self.best is None and self.search_unknown and self.hypotheses:
             return (yield from self.guess())
-        if best is None or best.confidence < self.config.claimed and not self.search_unknown:
-            return self.ended("not found", best)
-        if best is not here:
-            best = yield from self.go_back(best)
-        return self.ended("found", best)
+        if self.best is None or self.best.confidence < self.config.claimed and not self.search_unknown:
+            return self.ended("not found", self.best)
+        if self.best is not here:
+            self.best = yield from self.go_back(self.best)
+        return self.ended("found", self.best)
 
     def inspect(self, hypothesis: Viewpoint) -> Story:
         """Look from a viewpoint; where the memory is certain of the object, and it is not there, around it, too."""

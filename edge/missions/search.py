@@ -46,6 +46,7 @@ class Search(Mission):
     def __init__(self, robot: Robot, target: Target, time_limit: float):
         self.target = target
         self._limit = time_limit
+        self.best: Claim | None = None  # of what it has centred so far
         self._started = self._driven = 0.0  # s, m; set by the first observation, as a new robot has read no clock yet
         super().__init__(robot)
 
@@ -61,7 +62,7 @@ class Search(Mission):
     def step(self, observation: Observation) -> Twist:
         twist = super().step(observation)
         if not self.done and self.elapsed > self._limit:
-            self.outcome = self.ended("timeout")
+            self.outcome = self.ended("timeout", self.best)
             return STOP
         return twist
 
