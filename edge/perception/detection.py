@@ -22,9 +22,9 @@ class Detection:
 
     @property
     def centre(self) -> tuple[float, float]:
-        """(u, v) px."""
+        """(u, v) px. The box has the outer edges of pixels, which have their own centres at whole numbers."""
         x0, y0, x1, y1 = self.box
-        return (x0 + x1) / 2, (y0 + y1) / 2
+        return (x0 + x1 - 1) / 2, (y0 + y1 - 1) / 2
 
 
 @dataclass(frozen=True)

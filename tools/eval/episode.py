@@ -101,4 +101,4 @@ def _pixel_error(world: World, object_id: str) -> float:
     columns = np.flatnonzero((world.picture.instances == world.object_ids.index(object_id)).any(0))
     if not len(columns):
         return nan
-    return float(abs((columns[0] + columns[-1] + 1) / 2 - world.config.camera_model.centre[0]))
+    return float(abs((columns[0] + columns[-1]) / 2 - world.config.camera_model.centre[0]))

@@ -27,7 +27,9 @@ def robot(depth, pose=(0.0, 0.0, 0.0)):
 
 
 def box(u, v=120, half=10, score=0.8):
-    return Detection((u - half, v - half, u + half, v + half), score, np.ones((2 * half, 2 * half), bool))
+    """With its middle at pixel (u, v)."""
+    edges = u - half + 0.5, v - half + 0.5, u + half + 0.5, v + half + 0.5
+    return Detection(edges, score, np.ones((2 * half, 2 * half), bool))
 
 
 def test_the_object_is_placed_where_box_and_depth_say():

@@ -37,12 +37,12 @@ def look_past_a_cupboard(mapped, x, y, config):
 
 
 def test_what_is_half_hidden_is_looked_at_from_aside(mapped):
-    hidden, visible = in_child(look_past_a_cupboard, mapped, 1.5, 1.95, None)
+    hidden, visible = in_child(look_past_a_cupboard, mapped, 1.5, 2.05, None)
     assert visible > 0.7 and hidden < SpotterConfig.hidden
 
 
 def test_without_a_look_from_aside_most_of_it_stays_hidden(mapped):
-    hidden, visible = in_child(look_past_a_cupboard, mapped, 1.5, 1.95, SpotterConfig(hidden=1.0))
+    hidden, visible = in_child(look_past_a_cupboard, mapped, 1.5, 2.05, SpotterConfig(hidden=1.0))
     assert visible < 0.3 and hidden > SpotterConfig.hidden
 
 
