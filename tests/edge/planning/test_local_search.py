@@ -167,7 +167,9 @@ def test_gives_up(home):
     search = search_in(home, config=LocalSearchConfig(replans=2))
     views = [search.next_pose(VIEWS[0], reachable, clearance, FRAME, rng) for _ in range(3)]
     assert views[0] is not None and views[1] is not None and views[2] is None
+    search = search_in(home)
     search.probability[:] = 0
+    assert search.next_pose(VIEWS[0], reachable, clearance, FRAME, rng) is None
     assert (
         search_in(home, config=LocalSearchConfig(worthwhile=1.1)).next_pose(VIEWS[0], reachable, clearance, FRAME, rng)
         is None

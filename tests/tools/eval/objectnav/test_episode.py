@@ -112,8 +112,18 @@ def test_what_cannot_be_drawn_is_told(arguments, words, capsys):
 
 
 def test_every_planner_sees_the_same_before_it_chooses(home):
-    runs = [Run(home, "dustbin", planner, None, 0) for planner in (PLANNERS["closest"], PLANNERS["I-FBE1"])]
+    names = ("closest", "I-FBE1", "VLFM")
+    runs = [Run(home, "dustbin", PLANNERS[name], None, 0) for name in names]
     for run in runs:
         for _ in range(12):
             run.step()
-    assert (runs[0].world.truth == runs[1].world.truth).all()
+    first, *others = (
+        (
+            run.world.truth.tolist(),
+            run.agent.robot.grid.to_bytes(),
+            run.agent.robot.coverage.viewed.tolist(),
+            run.agent.exploration.goal and run.agent.exploration.goal.centroid.tolist(),
+        )
+        for run in runs
+    )
+    assert all(other == first for other in others)
