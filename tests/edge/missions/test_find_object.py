@@ -107,6 +107,23 @@ def test_of_several_claims_the_surest_is_gone_back_to(mapped, monkeypatch):
 
 
 @apart
+def test_a_search_that_runs_out_of_time_tells_its_best_claim(mapped, monkeypatch):
+    recall, inspect = FindObject.recall, FindObject.inspect
+
+    def linger_later(mission, hypothesis):
+        while mission.best:
+            yield STOP
+        return (yield from inspect(mission, hypothesis))
+
+    monkeypatch.setattr(FindObject, "recall", lambda mission: recall(mission)[:1] * 2)
+    monkeypatch.setattr(FindObject, "inspect", linger_later)
+    monkeypatch.setattr(mapped.robot.encoder, "confidence", lambda seen, remembered: 0.4)
+    outcome = ask(mapped, "couch", config=FindObjectConfig(time_limit=120.0))
+    assert outcome.status == "timeout" and outcome.duration > 120
+    assert outcome.confidence == 0.4 and outcome.claim.sighting.detection.score > 0.5
+
+
+@apart
 def test_a_claim_is_gone_back_to_after_places_that_showed_nothing(mapped, monkeypatch):
     inspect, seen, later = FindObject.inspect, [], []
 
