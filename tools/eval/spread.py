@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from hashlib import sha256
 from multiprocessing import get_context
 from pathlib import Path
@@ -103,7 +103,7 @@ def _file(home: str, plan: Plan) -> str:
     Raises HouseError when there is no such home.
     """
     manifest = None if plan.encoder == "oracle" else Manifest.load(resolve(plan.encoder))
-    encoder = manifest and (manifest.digest, manifest.confidence)
+    encoder = manifest and replace(manifest, folder=Path(), measured={})  # wherever it lies, and however fast it is
     asked = plan, encoder, load_home(home).to_dict(), plan.columns()
     code = sha256(repr(asked).encode()).hexdigest()[:8]
     return f"{Path(home).stem.replace(':', '-')}.{Path(plan.encoder).name}.{code}.json"
