@@ -127,10 +127,11 @@ class Node:
                 self._frame = observation.frame
                 if not self._knows_camera(observation.frame):
                     observation = replace(observation, frame=None)
-            if self._mission is None or self.base.silent:
+            if self._mission is None:
                 self.robot.perceive(observation)
-                if self._mission is not None:
-                    self.base.command(STOP)
+            elif self.base.silent:  # half blind a mission would give up what is there; it waits
+                self.robot.perceive(observation)
+                self.base.command(STOP)
             else:
                 self.base.command(self._mission.step(observation))
                 if self._mission.done:
@@ -289,8 +290,8 @@ class Node:
         """What the robot lacks to work, for people; empty if nothing."""
         if self.base.age > self.config.gone:
             return "the base sends no odometry"
-        if self.base.silent:
-            return self.base.silent
+        if silent := self.base.silent:
+            return silent
         if self.robot.localizer.lost:
             return "it does not find its place in its map; take it where it has been, or map anew into another --memory"
         return self._blind
