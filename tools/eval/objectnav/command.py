@@ -17,6 +17,7 @@ from tools.eval.table import write_csv
 SWEEPS = {
     "kappa": {f"kappa {k:g}": replace(PLANNERS["I-FBE2"], off_axis=k) for k in (0.0, 0.001, 0.01, 0.05, 0.2, 1.0)},
     "beta": {f"beta {beta:g}": replace(PLANNERS["I-FBE2"], beta=beta) for beta in (0.0, 0.25, 1.0, 4.0, 16.0)},
+    "tie": {f"tie {tie:g}": replace(PLANNERS["I-FBE2"], tie=tie) for tie in (0.0, 0.05, 0.2, 0.4, 0.6, 0.8)},
     "scale": {
         f"{name}, {scale}": replace(PLANNERS[name], calibrated=scale == "calibrated")
         for name in ("I-FBE1", "I-FBE2")

@@ -24,6 +24,7 @@ class Planner:
     values: bool = False  # VLFM's map in place of the Gaussian one
     beta: float = BETA  # of GP-UCB
     off_axis: float = RelevanceConfig.off_axis  # kappa, of the Gaussian map
+    tie: float = ChoiceConfig.tie  # of the best score, by which a nearer frontier's may be less
     calibrated: bool = True  # False: raw cosines, as printed
 
     def exploration(self, robot: Robot, target: Target, seed: int) -> Exploration:
@@ -32,7 +33,7 @@ class Planner:
         relevance = ValueMap() if self.values else RelevanceMap(RelevanceConfig(off_axis=self.off_axis))
         acquisition = ACQUISITIONS[self.acquisition](self, seed)
         # A draw means nothing the next time: the random planner keeps to what it has drawn.
-        choice = ChoiceConfig(tie=0.0, margin=np.inf) if self.acquisition == "random" else ChoiceConfig()
+        choice = ChoiceConfig(tie=0.0, margin=np.inf) if self.acquisition == "random" else ChoiceConfig(tie=self.tie)
         kind = Exploration if self.calibrated else _Raw
         vectors = robot.encoder.encode_text(texts)
         return kind(robot, target, vectors, acquisition, relevance, ExplorationConfig(choice=choice))
