@@ -24,7 +24,7 @@ from edge.link.exchange import Exchange, Inbox
 from edge.link.offload import OffloadedEncoder
 from edge.link.reports import areas, cancelled_reply, find_reply, graph_reply, map_reply, tour_reply
 from edge.link.requests import RequestError
-from edge.link.session import LinkError, add_link_arguments, link_config, open_session
+from edge.link.session import LinkError, ToldToStop, add_link_arguments, link_config, open_session
 from edge.link.straighten import straighten
 from edge.mapping.warp import carried
 from edge.memory.database import StoreError
@@ -326,6 +326,8 @@ def main(arguments=None):
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
     try:
         _run(options)
+    except ToldToStop:
+        pass
     except (LinkError, StoreError, ModelError) as error:
         parser.exit(2, f"vlpg robot: {error}\n")
 
@@ -346,35 +348,33 @@ def _run(options):
     manifest.verify(text=options.offload != "host")
     images = Encoder(manifest, text=False, threads=options.threads)
     stop, service = stop_event(), Service()
-    service.ready()  # that nobody listens yet, to whom it is to connect, is no failure of its own
     give_back_large_blocks()
     cv2.setNumThreads(1)  # the other cores are the base's, and of who else lives on the board
-    with (
-        # The store first: that it is another encoder's is said whether or not anybody listens.
-        Vlpg.open(options.memory, images.name, images.digest, images.dim) as memory,
-        open_session(link_config(options), stop, service.alive) as session,
-    ):
-        tower, prompts = TextTower(manifest, options.threads), cache_file("prompts.db")
-        encoder = OffloadedEncoder(session, images, options.offload, tower, prompts)
-        robot = Robot(encoder, memory)
-        saved = memory.load_map()
-        if saved is not None:
-            try:
-                robot.wake_in(OccupancyGrid.from_bytes(saved))
-            except ValueError as error:
-                raise StoreError(f"{options.memory}: {error}") from error
+    # The store first: that it is another encoder's is said whether or not anybody listens.
+    with Vlpg.open(options.memory, images.name, images.digest, images.dim) as memory:
+        service.ready()  # that nobody listens yet, to whom it is to connect, is no failure of its own
+        with open_session(link_config(options), stop, service.alive) as session:
+            tower, prompts = TextTower(manifest, options.threads), cache_file("prompts.db")
+            encoder = OffloadedEncoder(session, images, options.offload, tower, prompts)
+            robot = Robot(encoder, memory)
+            saved = memory.load_map()
+            if saved is not None:
+                try:
+                    robot.wake_in(OccupancyGrid.from_bytes(saved))
+                except ValueError as error:
+                    raise StoreError(f"{options.memory}: {error}") from error
 
-        def find(robot, asked):
-            target = Target.of(asked.object, encoder)
-            if not asked.explore:
-                return FindObject(robot, target, asked.search_unknown)
-            from edge.missions.explore_for_object import ExploreForObject  # late: few ask for it
+            def find(robot, asked):
+                target = Target.of(asked.object, encoder)
+                if not asked.explore:
+                    return FindObject(robot, target, asked.search_unknown)
+                from edge.missions.explore_for_object import ExploreForObject  # late: few ask for it
 
-            return ExploreForObject(robot, target)
+                return ExploreForObject(robot, target)
 
-        config = NodeConfig(name=options.name)
-        node = Node(session, robot, Missions(MapHome, find), memory.mapped, config, options.wait)
-        node.run(stop, service)
+            config = NodeConfig(name=options.name)
+            node = Node(session, robot, Missions(MapHome, find), memory.mapped, config, options.wait)
+            node.run(stop, service)
 
 
 if __name__ == "__main__":

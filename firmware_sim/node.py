@@ -22,7 +22,7 @@ from edge.link.conversions import (
 from edge.link.exchange import Inbox
 from edge.link.messages import MessageError, decode
 from edge.link.requests import TrueObject, Truth, TruthReply
-from edge.link.session import LinkError, add_link_arguments, link_config, open_session
+from edge.link.session import LinkError, ToldToStop, add_link_arguments, link_config, open_session
 from edge.link.topic import Topic, publisher
 from edge.observation import Twist
 from edge.process import stop_event
@@ -192,6 +192,8 @@ def main(arguments=None):
         world = World(load_home(options.home), options.seed, WorldConfig(noise=not options.no_noise))
         with open_session(link_config(options), stop) as session:
             Node(session, world, NodeConfig(name=options.name, speed=options.speed)).run(stop)
+    except ToldToStop:
+        pass
     except (HouseError, FurnitureError, LinkError) as error:
         parser.exit(2, f"vlpg sim: {error}\n")
 

@@ -7,7 +7,7 @@ import uuid
 from edge.link.alive import declare_alive
 from edge.link.exchange import Inbox, ask
 from edge.link.requests import EmbedText, GraphReply, Optimize, Search
-from edge.link.session import LinkError, add_link_arguments, link_config, open_session
+from edge.link.session import LinkError, ToldToStop, add_link_arguments, link_config, open_session
 from edge.memory.prompts import PromptMemory
 from edge.process import cache_file, stop_event
 from host.service import HostService
@@ -57,6 +57,8 @@ def main(arguments=None):
             tower.open()  # its robots wait one second for an answer
             prompts = PromptMemory(tower.encode, manifest.digest, manifest.dim, cache_file("prompts.db"))
             Node(session, prompts, manifest, options.id).run(stop)
+    except ToldToStop:
+        pass
     except (LinkError, ModelError) as error:
         parser.exit(2, f"vlpg host: {error}\n")
 

@@ -96,6 +96,7 @@ _part("sim", "firmware_sim.node", "Run the simulated base in a furnished home", 
 _part("robot", "edge.node", "Run the robot: maps the home it wakes up in, then answers", _CONNECT)
 _part("host", "host.node", "Run the host, which takes work off robots", _CONNECT)
 _part("doctor", "edge.doctor", "Look whether this machine can run the robot, and say what to do if not", _CONNECT)
+_part("reindex", "edge.reindex", "Move a home's memory to another encoder, by looking again at its pictures")
 _part("deploy", "tools.deploy.command", "Put the robot on a board")
 _part("bench", "tools.bench.command", "Measure speed and memory on this machine")
 _part("find", "tools.ask find", "Ask the robot to find something", _ASK)
@@ -130,21 +131,6 @@ def demo(
 
     with _explained(DemoError, HouseError, FurnitureError, OSError):
         raise typer.Exit(run_demo(DemoConfig(home, tuple(objects or ()), search, offload, seed, speed, out)))
-
-
-@app.command()
-def reindex(
-    store: Annotated[Path, typer.Argument(help="a home's store, such as home.vlpg")],
-    model: Annotated[str | None, typer.Option(help="name or folder of the encoder; default: the shipped one")] = None,
-) -> None:
-    """Move a home's store to another encoder, by looking again at the pictures it kept."""
-    from edge.memory.database import StoreError
-    from models.manifest import ModelError
-    from tools.reindex import reindex_store
-
-    with _explained(StoreError, ModelError):
-        name, nodes = reindex_store(store, model)
-        typer.echo(f"{store} is now {name}'s: {nodes.embedded} nodes looked at again, {nodes.withdrawn} withdrawn")
 
 
 @models_app.command("list")

@@ -20,6 +20,10 @@ class LinkError(RuntimeError):
     """A session that cannot be opened; the message says what to do."""
 
 
+class ToldToStop(LinkError):
+    """Nobody listened until the process was told to stop, which is no mistake."""
+
+
 @dataclass(frozen=True)
 class LinkConfig:
     """How to find the others. Without any, peers find one another by multicast, as zenoh does."""
@@ -89,7 +93,8 @@ def open_session(link: LinkConfig, stop=None, waiting=lambda: None):
     With ``stop``, an Event, a client waits for the other side to come up, until the event is set; meanwhile it calls
     ``waiting`` now and then.
 
-    Raises LinkError when an endpoint is malformed or busy, or a client finds no one to connect to.
+    Raises LinkError when an endpoint is malformed or busy, or a client finds no one to connect to; ToldToStop when the
+    event was set before it did.
     """
     config, told = link.to_zenoh(), False
     while True:
@@ -97,8 +102,10 @@ def open_session(link: LinkConfig, stop=None, waiting=lambda: None):
             return zenoh.open(config)
         except zenoh.ZError as error:
             alone = "Unable to connect" in str(error)
-            if not alone or stop is None or stop.is_set():
+            if not alone or stop is None:
                 raise LinkError(_explain(link, str(error))) from error
+            if stop.is_set():
+                raise ToldToStop(_explain(link, str(error))) from error
         if not told:
             log.info("waiting for somebody to listen at %s", " ".join(link.connect))
             told = True

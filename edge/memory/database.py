@@ -1,6 +1,7 @@
 """The SQLite file of a home: its schema, and opening it safely."""
 
 import secrets
+import shutil
 import sqlite3
 from pathlib import Path
 
@@ -54,7 +55,7 @@ def connect(path, encoder_name, encoder_digest, dim):
             db.execute("COMMIT")
         else:
             _check(db, path, wanted)
-            _upgrade(db)
+            _upgrade(db, Path(path))
             db.execute("PRAGMA journal_mode=WAL")
         db.execute("INSERT OR IGNORE INTO meta VALUES ('id', ?)", (secrets.token_hex(8),))
         # NORMAL: a power cut may lose the last commits, never the file. A small cache and a small log, because both
@@ -88,15 +89,20 @@ def _check(db, path, wanted):
             f"{path} holds vectors of the encoder {meta.get('encoder')} "
             f"({meta.get('digest', '')[:12]}, {meta.get('dim')}-d), "
             f"and this is {wanted['encoder']} ({wanted['digest'][:12]}, {wanted['dim']}-d); "
-            f"run `vlpg reindex {path}`, or choose the store's encoder"
+            f"run `vlpg reindex {path}` (on a board vlpg-reindex, as root), or choose the store's encoder"
         )
 
 
-def _upgrade(db):
-    """A store of an older schema to this one, in one transaction."""
+def _upgrade(db, path):
+    """A store of an older schema to this one, in one transaction. The old one is kept: older versions read no other."""
     schema = int(db.execute("SELECT value FROM meta WHERE key='schema'").fetchone()[0])
     if schema == SCHEMA:
         return
+    db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    try:
+        shutil.copy2(path, path.with_name(f"{path.name}.schema-{schema}"))
+    except OSError as error:
+        raise StoreError(f"{path} cannot be brought up to date, as no copy can be kept ({error})") from error
     db.execute("BEGIN IMMEDIATE")
     if schema < 2:
         db.execute("ALTER TABLE node ADD COLUMN scan BLOB")

@@ -47,6 +47,9 @@ def reindex(path, encoder_name, encoder_digest, dim, embed):
         db.close()
         if result is None:
             fresh.unlink()
+    kept = path.stat()
+    os.chown(fresh, kept.st_uid, kept.st_gid)  # on a board, root does this for the robot's own user
+    fresh.chmod(kept.st_mode)
     shutil.copy2(path, path.with_name(path.name + ".before-reindex"))  # there is a store at path at any time
     os.replace(fresh, path)
     return result

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from edge.link.session import LinkConfig, LinkError, add_link_arguments, link_config, open_session
+from edge.link.session import LinkConfig, LinkError, ToldToStop, add_link_arguments, link_config, open_session
 
 ALONE = {"multicast_scouting": False}
 
@@ -109,5 +109,5 @@ def test_a_client_can_wait_for_the_other_side(endpoint):
 def test_a_client_that_waits_can_be_stopped(endpoint):
     stop = threading.Event()
     threading.Timer(0.1, stop.set).start()
-    with pytest.raises(LinkError, match="nobody answers"):
+    with pytest.raises(ToldToStop, match="nobody answers"):
         open_session(LinkConfig(connect=(endpoint,), **ALONE), stop)

@@ -149,3 +149,7 @@ def test_a_store_of_an_older_schema_is_brought_up_to_date(tmp_path, schema):
     for _ in range(2):
         with opened(path) as store:
             assert len(store) == 3 and store.tours(store.ids).tolist() == [0, 0, 0] and store.scan(0) is None
+    old = sqlite3.connect(tmp_path / f"home.vlpg.schema-{schema}")
+    assert old.execute("SELECT value FROM meta WHERE key='schema'").fetchone() == (schema,)
+    assert old.execute("SELECT count(*) FROM node").fetchone() == (3,)
+    old.close()

@@ -3,7 +3,7 @@ import numpy as np
 
 from edge.memory.store import Vlpg
 from edge.perception.encoder import Encoder
-from tools.reindex import reindex_store
+from edge.reindex import reindex_store
 
 
 def test_a_store_answers_for_the_shipped_encoder_afterwards(tmp_path):
