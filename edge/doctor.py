@@ -24,12 +24,14 @@ PACKAGES = ("numpy", "onnxruntime", "opencv-python-headless", "eclipse-zenoh", "
 # What int8 products gain from, as the kernel names it: ARM's and Intel's.
 FEATURES = ("asimddp", "i8mm", "sve", "avx2", "avx_vnni", "avx512_vnni", "amx_int8")
 NEEDED = {"asimd", "avx2"}  # one of them; without, ONNX Runtime's int8 is slower than float32
-FREE_MEMORY, FREE_DISK = 200.0, 100.0  # MB: the robot's budget and some; memories of homes, and logs
+FREE_MEMORY = {True: 200.0, False: 160.0}  # MB, with and without a text tower: the robot's budget and some
+FREE_DISK = 100.0  # MB: memories of homes, and logs
 REINSTALL = "install the robot again: install.sh, or pip install ."
 PASSES = 20  # of the image tower, for its time
-STEP = 100.0  # ms, a control step: a pass must leave room in it
+STEP, TOO_LONG = 100.0, 1000.0  # ms: a control step; with pictures that take longer nobody would call it driving
 PARITY_SLACK = 0.005  # cosine that int8 kernels of other processors may differ by
 PATIENCE = 3.0  # s for the others to be heard
+CGROUPS = Path("/sys/fs/cgroup")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +47,8 @@ class Finding:
         return f"{self.subject:12} {self.found:60} {verdict}".rstrip()
 
 
-def machine() -> Iterator[Finding]:
-    """Processor, memory, disk and the settings of this process."""
+def machine(text: bool) -> Iterator[Finding]:
+    """Processor, memory, disk and the settings of this process; whether a robot with or without a text tower fits."""
     python = f"Python {platform.python_version()} on {platform.machine()}, {os.cpu_count()} cores"
     old = sys.version_info < (3, 11)
     yield Finding("python", python, "install Python 3.11 or newer" if old else "")
@@ -54,9 +56,13 @@ def machine() -> Iterator[Finding]:
     helpful = [name for name in FEATURES if name in flags] or ["none of those that speed int8 up"]
     slow = flags and not NEEDED & flags
     yield Finding("processor", ", ".join(helpful), "expect seconds a picture; use a newer board" if slow else "")
-    free = _free_memory()
-    remedy = f"free {FREE_MEMORY:.0f} MB, or use --offload host" if 0 < free < FREE_MEMORY else ""
-    yield Finding("memory", f"{free:.0f} MB available", remedy)
+    free, needed = _free_memory(), FREE_MEMORY[text]
+    remedy = f"free {needed:.0f} MB{', or use --offload host' if text else ''}" if 0 < free < needed else ""
+    yield Finding("memory", f"{free:.0f} MB available, what an installed robot takes included", remedy)
+    controllers = CGROUPS / "cgroup.controllers"
+    if controllers.is_file() and "memory" not in controllers.read_text().split():
+        remedy = "add cgroup_enable=memory to the kernel's command line, in cmdline.txt on a Raspberry Pi"
+        yield Finding("memory limit", "the kernel does not keep the service's MemoryMax", remedy)
     disk = shutil.disk_usage(Path(__file__).parent).free / 1e6
     yield Finding("disk", f"{disk:.0f} MB free", f"free {FREE_DISK:.0f} MB" if disk < FREE_DISK else "")
     for name in ("ORT_DISABLE_TELEMETRY", "OPENBLAS_NUM_THREADS"):
@@ -107,8 +113,12 @@ def model(name: str | None, text: bool) -> Iterator[Finding]:
         encoder.encode_image(pictures[0])
         times.append(1000 * (time.perf_counter() - started))
     took = statistics.median(times)
-    remedy = "use a smaller model or a faster board" if took > STEP else ""
-    yield Finding("image tower", f"{took:.1f} ms a picture", remedy)
+    slow = f", over a control step of {STEP:.0f}: it steers less often" if took > STEP else ""
+    yield Finding(
+        "image tower",
+        f"{took:.1f} ms a picture{slow}",
+        "use a smaller model or a faster board" if took > TOO_LONG else "",
+    )
     if text:
         alike = np.sum(encoder.encode_text(prompts.tolist()) * texts, axis=1)
         yield _parity("text tower", float(np.median(alike)), manifest.measured.get("text_parity"))
@@ -119,6 +129,9 @@ def store(path: Path, digest: str | None) -> Iterator[Finding]:
     """Is a home's memory whole, and this model's? It is only read."""
     if not path.is_file():
         yield Finding("store", f"{path} does not exist", "map the home first, or correct --memory")
+        return
+    if not os.access(path, os.R_OK):
+        yield Finding("store", f"{path} is not yours to read", "run the doctor with sudo")
         return
     try:
         db = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
@@ -132,7 +145,7 @@ def store(path: Path, digest: str | None) -> Iterator[Finding]:
         yield Finding("store", f"{path} cannot be read ({error})", "restore it from a copy, or map the home again")
         return
     other = digest is not None and meta.get("digest") != digest
-    remedy = f"it is {meta.get('encoder')}'s; run vlpg reindex {path}" if other else ""
+    remedy = f"it is {meta.get('encoder')}'s; run vlpg reindex {path}, on a board vlpg-reindex" if other else ""
     if damage != "ok":
         remedy = f"it is damaged ({damage}); restore it from a copy, or map the home again"
     size = path.stat().st_size / 1e6
@@ -175,7 +188,7 @@ def main(arguments=None):
     add_link_arguments(parser)
     options = parser.parse_args(arguments)
     text, bad = options.offload != "host", 0
-    checks = [machine(), packages(text), model(options.model, text)]
+    checks = [machine(text), packages(text), model(options.model, text)]
     if options.memory:
         checks.append(store(options.memory, _digest(options.model)))
     if not options.no_link:
@@ -213,6 +226,12 @@ def _cpu_flags() -> set[str]:
 
 
 def _free_memory() -> float:
+    """MB that a robot can have: what is available, and what the installed one has already."""
+    robot = CGROUPS / "system.slice" / "vlpg-robot.service" / "memory.current"
+    return _available() + (int(robot.read_text()) / 1e6 if robot.is_file() else 0.0)
+
+
+def _available() -> float:
     """MB that processes can have without swapping; 0 where the kernel does not tell."""
     try:
         lines = Path("/proc/meminfo").read_text().splitlines()

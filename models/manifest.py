@@ -217,5 +217,9 @@ def _known() -> str:
 
 def _remedy(path: Path) -> str:
     if path.is_relative_to(SHIPPED):
-        return f"restore it, e.g. git checkout -- {path}"
+        return (
+            f"restore it, e.g. git checkout -- {path}"
+            if (SHIPPED.parent / ".git").exists()
+            else "install the robot again"
+        )
     return "restore it, or remove the model and import or pull it again"

@@ -43,7 +43,7 @@ def main(
     """``recording`` gives the file of the one to use, for a model, when none is named."""
     parser = argparse.ArgumentParser(
         prog=program,
-        description=__doc__.split(": ", 1)[1],
+        description="Measure each part of the robot in fresh processes on one core, and compare with a board's budget.",
         epilog=epilog,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

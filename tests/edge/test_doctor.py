@@ -28,8 +28,36 @@ def test_this_machine_can_run_the_robot_and_the_model_is_sound():
 
 def test_settings_of_an_unprepared_shell_are_told(monkeypatch):
     monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
-    bad = [finding for finding in doctor.machine() if finding.subject == "setting" and finding.remedy]
+    bad = [finding for finding in doctor.machine(text=True) if finding.subject == "setting" and finding.remedy]
     assert any("export OPENBLAS_NUM_THREADS=1" in finding.remedy for finding in bad)
+
+
+@pytest.mark.parametrize(("text", "robot", "enough"), [(True, 0, False), (False, 0, True), (True, 30_000_000, True)])
+def test_a_robot_that_runs_here_does_not_take_its_own_memory_away(monkeypatch, tmp_path, text, robot, enough):
+    monkeypatch.setattr(doctor, "CGROUPS", tmp_path)
+    service = tmp_path / "system.slice" / "vlpg-robot.service"
+    service.mkdir(parents=True)
+    (service / "memory.current").write_text(f"{robot}\n")
+    monkeypatch.setattr(doctor, "_available", lambda: 180.0)
+    (memory,) = [finding for finding in doctor.machine(text) if finding.subject == "memory"]
+    assert bool(memory.remedy) != enough
+
+
+def test_a_kernel_that_keeps_no_limit_is_told(monkeypatch, tmp_path):
+    monkeypatch.setattr(doctor, "CGROUPS", tmp_path)
+    for controllers in ("cpu pids", "cpu memory pids"):
+        (tmp_path / "cgroup.controllers").write_text(controllers)
+        found = [finding for finding in doctor.machine(True) if finding.subject == "memory limit"]
+        assert bool(found) == ("memory" not in controllers)
+        assert all("cgroup_enable=memory" in finding.remedy for finding in found)
+
+
+def test_a_slow_board_is_told_what_that_means_and_only_a_hopeless_one_is_bad(monkeypatch):
+    for step, too_long, bad in ((100.0, 1000.0, False), (0.1, 1000.0, False), (0.1, 0.2, True)):
+        monkeypatch.setattr(doctor, "STEP", step)
+        monkeypatch.setattr(doctor, "TOO_LONG", too_long)
+        (speed,) = [finding for finding in doctor.model(None, text=False) if "ms a picture" in finding.found]
+        assert bool(speed.remedy) == bad and ("less often" in speed.found) == (step < 1)
 
 
 def test_a_model_that_is_not_whole(tmp_path):
@@ -52,6 +80,13 @@ def store_of(path, digest="abc"):
 def test_a_whole_store_of_the_model(tmp_path):
     (finding,) = doctor.store(store_of(tmp_path / "home.vlpg"), "abc")
     assert not finding.remedy and "0 nodes of tower" in finding.found
+
+
+def test_a_store_of_somebody_else_is_not_called_damaged(tmp_path, monkeypatch):
+    path = store_of(tmp_path / "home.vlpg")
+    monkeypatch.setattr(doctor.os, "access", lambda *_: False)
+    (finding,) = doctor.store(path, "abc")
+    assert "sudo" in finding.remedy and "not yours to read" in finding.found
 
 
 @pytest.mark.parametrize("how", ["other", "damaged", "absent", "not a store"])

@@ -81,7 +81,7 @@ def _push(options) -> int:
     board, model = _board(options), Manifest.load(resolve(options.model))
     facts = board.probe()
     print(f"{options.board}: {facts}")
-    config = BundleConfig(facts.target(), model, options.offload)
+    config = BundleConfig(facts.target(options.offload), model, options.offload)
     number, size = board.send(contents(config, _cache(config.target)))
     print(f"sent {number} files, {size / 1e6:.1f} MB; what had not changed was there already")
     print(board.install().strip())

@@ -15,18 +15,24 @@ from tools.deploy.target import MACHINES, PYTHONS, DeployError, Target
 
 FOLDER = "vlpg-bundle"  # in the user's home on the board: the bundle that was last sent, kept for the next
 MEASURED = "vlpg-bench"  # there, too: what the benchmarks there use, and found
-FREE_DISK, FREE_MEMORY = 900, 200  # MB: the bundle, two installed versions; the robot's budget and some
+FIRST_DISK, NEXT_DISK = 900, 450  # MB: the bundle and two installed versions; one more version, of three for a while
+FREE_MEMORY = {False: 200, True: 160}  # MB, without and with --offload: the robot's budget and some
+STORE = "/var/lib/vlpg/home.vlpg"  # of the installed robot, as in its unit; for root to read
+LIBC = (2, 28)  # of the system that the locked wheels are made for, at least
 CLOCK = 300.0  # s that the board's may differ by from here
 SSH = "ssh -o ConnectTimeout=10 -o BatchMode=yes"
 
 _PROBE = """
-uname -m
+uname -m | sed 's/^/machine /'
+getconf LONG_BIT | sed 's/^/bits /'
+getconf GNU_LIBC_VERSION | sed 's/^glibc /libc /'
+systemctl show --property MemoryCurrent --value vlpg-robot 2>/dev/null | sed 's/^/robot /'
+test -e /opt/vlpg/current && echo installed yes
 (python3.13 -V || true) 2>/dev/null; (python3.11 -V || true) 2>/dev/null; (python3 -V || true) 2>/dev/null
 df -Pm "$HOME" | awk 'NR == 2 { print "disk", $4 }'
 awk '/^MemAvailable/ { print "memory", int($2 / 1024) }' /proc/meminfo
 awk -F: '/^(Features|flags)/ { print "features" $2; exit }' /proc/cpuinfo
 date +'clock %s'
-id -u | sed 's/^/user /'
 """
 
 
@@ -35,22 +41,29 @@ class Facts:
     """What a board is."""
 
     machine: str
+    bits: int  # of its programs, which may be 32 on a processor of 64
+    libc: tuple[int, int]  # version of glibc; (0, 0) with another C library
+    installed: bool  # whether some version of the robot is
     pythons: tuple[str, ...]  # of those that bundles are made for
     disk: float  # MB free
-    memory: float  # MB available
+    memory: float  # MB available, or taken by the robot, which an update ends
     features: frozenset[str]  # of its processor, as its kernel names them
     clock: float  # s since 1970, less here
 
-    def target(self) -> Target:
+    def target(self, offload: bool) -> Target:
         """What a bundle for it must be made for. Raises DeployError when there is none, or the board has no room."""
+        disk, memory = NEXT_DISK if self.installed else FIRST_DISK, FREE_MEMORY[offload]
         if self.machine not in MACHINES:
             raise DeployError(f"the board is {self.machine}; bundles are for {' or '.join(MACHINES)}")
+        if self.bits != 64 or self.libc < LIBC:
+            system = f"of {self.bits} bit, with glibc {'.'.join(map(str, self.libc))}"
+            raise DeployError(f"the board's system is {system}; it takes one of 64 bit, with glibc 2.28 or newer")
         if not self.pythons:
             raise DeployError(f"the board has no Python {' or '.join(PYTHONS)}; install one of them there")
-        if self.disk < FREE_DISK:
-            raise DeployError(f"the board has {self.disk:.0f} MB of disk left; free {FREE_DISK} MB")
-        if self.memory < FREE_MEMORY:
-            raise DeployError(f"the board has {self.memory:.0f} MB of memory left; free {FREE_MEMORY} MB")
+        if self.disk < disk:
+            raise DeployError(f"the board has {self.disk:.0f} MB of disk left; free {disk} MB")
+        if self.memory < memory:
+            raise DeployError(f"the board has {self.memory:.0f} MB of memory left; free {memory} MB")
         if abs(self.clock) > CLOCK:
             raise DeployError(f"the board's clock is {self.clock:+.0f} s off; set it, e.g. timedatectl set-ntp true")
         return Target(self.machine, self.pythons[0])
@@ -75,14 +88,18 @@ class Board:
     def probe(self) -> Facts:
         """Raises DeployError when it cannot be reached."""
         lines = self.run(_PROBE).splitlines()
-        values = dict(line.split(" ", 1) for line in lines if line.startswith(("disk ", "memory ", "clock ")))
+        values = dict(line.split(" ", 1) for line in lines if " " in line)
+        taken = values.get("robot", "")
         features = next((line.split()[1:] for line in lines if line.startswith("features")), [])
         versions = dict.fromkeys(re.findall(r"^Python (\d+\.\d+)", "\n".join(lines), re.MULTILINE))
         return Facts(
-            machine=lines[0],
+            machine=values["machine"],
+            bits=int(values.get("bits", 0)),
+            libc=tuple(int(part) for part in values.get("libc", "0.0").split(".")[:2]),
+            installed="installed" in values,
             pythons=tuple(version for version in versions if version in PYTHONS),
             disk=float(values["disk"]),
-            memory=float(values["memory"]),
+            memory=float(values["memory"]) + (int(taken) / 2**20 if taken.isdecimal() else 0.0),
             features=frozenset(features),
             clock=float(values["clock"]) - time.time(),
         )
@@ -119,15 +136,19 @@ class Board:
     def doctor(self, model: str, offload: bool) -> tuple[str, bool]:
         """The table of the installed ``vlpg-doctor`` about ``model``, and whether all is well."""
         options = f"--no-link --model {shlex.quote(model)}" + (" --offload host" if offload else "")
-        done = self._run(f"{shlex.quote(self.root)}/opt/vlpg/bin/vlpg-doctor {options}")
+        memory = "" if self.root else f"$([ ! -e {STORE} ] || echo --memory {STORE})"
+        done = self._run(f"{self._sudo}{shlex.quote(self.root)}/opt/vlpg/bin/vlpg-doctor {options} {memory}")
         return done.stdout + done.stderr, done.returncode == 0
 
     def bench(self, recording: Path, arguments: list[str]) -> tuple[int, Callable[[], str]]:
         """Run the installed ``vlpg-bench`` on a recording, in this terminal.
 
-        Its exit code, and a function that fetches what it found, as JSON. Raises DeployError when the recording cannot
-        be sent; one that is there already is not sent again.
+        Its exit code, and a function that fetches what it found, as JSON. Raises DeployError while the robot runs, and
+        when the recording cannot be sent; one that is there already is not sent again.
         """
+        state = "" if self.root else self.run("systemctl is-active vlpg-robot || true").strip()
+        if state == "active":
+            raise DeployError("the robot runs there and takes its share; first: sudo systemctl stop vlpg-robot")
         there, report = f"{MEASURED}/{recording.name}", f"{MEASURED}/report.json"
         known = self.run(f"mkdir -p {MEASURED}; rm -f {report}; sha256sum {shlex.quote(there)} 2>/dev/null || true")
         if known.split(" ")[0] != sha256(recording):
@@ -158,9 +179,11 @@ class Board:
 
     def _script(self, option: str) -> str:
         where = f"--root {shlex.quote(self.root)}" if self.root else ""
-        sudo = "" if self.root else 'sudo=; [ "$(id -u)" = 0 ] || sudo=sudo;'
-        prefix = "" if self.root else "$sudo "
-        return self.run(f"{sudo} {prefix}sh {FOLDER}/install.sh {where} {option}")
+        return self.run(f"{self._sudo}sh {FOLDER}/install.sh {where} {option}")
+
+    @property
+    def _sudo(self) -> str:
+        return "" if self.root else 'sudo=; [ "$(id -u)" = 0 ] || sudo=sudo; $sudo '
 
     def _run(self, script: str) -> subprocess.CompletedProcess:
         return subprocess.run([*self._command, script], capture_output=True, text=True, stdin=subprocess.DEVNULL)

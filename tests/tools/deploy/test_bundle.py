@@ -93,9 +93,36 @@ def test_what_a_release_was_made_for_goes_and_comes_with_it(config, cache, tmp_p
         made = make(BundleConfig(Target(), model, offload), tmp_path / f"a{number}", cache)
         top = unpack(made, tmp_path / f"b{number}")
         assert install(top, root).returncode == 0
-    options = root / "opt" / "vlpg" / "current" / "release.env"
-    assert "--offload host" in options.read_text()
-    assert install(top, root, "--rollback").returncode == 0 and "--offload auto" in options.read_text()
+    options, unit = (root / name for name in ("opt/vlpg/current/release.env", "etc/systemd/system/vlpg-robot.service"))
+    assert "--offload host" in options.read_text() and "MemoryMax=160M" in unit.read_text()
+    assert install(top, root, "--rollback").returncode == 0
+    assert "--offload auto" in options.read_text() and "MemoryMax=200M" in unit.read_text()
+
+
+def test_the_commands_of_a_release_are_its_own(config, cache, tmp_path):
+    roots = tmp_path / "root", tmp_path / "root"
+    pythons = [Target("aarch64", version) for version in ("3.11", "3.13")]
+    for number, (target, root) in enumerate(zip(pythons, roots)):
+        if number:
+            wheels.write_lock(target, wheels.read_lock(Target()))
+        top = unpack(make(BundleConfig(target, config.model), tmp_path / f"a{number}", cache), tmp_path / f"b{number}")
+        assert install(top, root).returncode == 0
+        command = root / "opt" / "vlpg" / "bin" / "vlpg-robot"
+        assert f"python{target.python}" in command.read_text()
+    assert install(top, root, "--rollback").returncode == 0 and "python3.11" in command.read_text()
+
+
+def test_a_version_that_did_not_start_is_none_to_go_back_to(config, cache, tmp_path, monkeypatch):
+    root, tops = tmp_path / "root", []
+    for number in range(3):
+        monkeypatch.setattr(bundle, "version", lambda number=number: f"0.{number}.0")
+        tops.append(unpack(make(config, tmp_path / f"a{number}", cache), tmp_path / f"b{number}"))
+    base = root / "opt" / "vlpg"
+    for top in tops:
+        assert install(top, root).returncode == 0
+        if top == tops[1]:
+            (base / "current" / "failed").touch()  # as when the service does not come up
+    assert json.loads((base / "previous" / "about.json").read_text())["version"] == "0.0.0"
 
 
 def test_a_third_version_replaces_the_first(config, cache, tmp_path, monkeypatch):
@@ -114,6 +141,15 @@ def test_an_install_that_broke_off_is_done_again(config, cache, tmp_path):
     (current / "complete").unlink()
     (current / "site" / "speed" / "__init__.py").unlink()
     assert install(top, root).returncode == 0 and (current / "site" / "speed" / "__init__.py").is_file()
+
+
+@pytest.mark.parametrize("damage", ["gone", "empty"])
+def test_what_was_damaged_on_the_board_is_installed_again(config, cache, tmp_path, damage):
+    top, root = unpack(make(config, tmp_path / "a", cache), tmp_path / "b"), tmp_path / "root"
+    assert install(top, root).returncode == 0
+    file = root / "opt" / "vlpg" / "current" / "site" / "speed" / "__init__.py"
+    file.unlink() if damage == "gone" else file.write_text("")
+    assert install(top, root).returncode == 0 and file.read_text() == "answer = 42\n"
 
 
 def test_a_damaged_bundle_changes_nothing(config, cache, tmp_path):

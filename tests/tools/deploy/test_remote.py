@@ -23,7 +23,7 @@ from tools.deploy.remote import Board, Facts
 from tools.deploy.target import DeployError, Target
 
 SSHD = shutil.which("sshd", path=os.environ["PATH"] + ":/usr/sbin")
-BOARD = Facts("aarch64", ("3.11",), 5000.0, 400.0, frozenset({"asimd", "asimddp"}), 0.5)
+BOARD = Facts("aarch64", 64, (2, 36), False, ("3.11",), 5000.0, 400.0, frozenset({"asimd", "asimddp"}), 0.5)
 
 
 @pytest.fixture
@@ -66,6 +66,7 @@ def test_what_the_board_is(board):
     facts = board.probe()
     assert facts.machine == os.uname().machine and f"{sys.version_info[0]}.{sys.version_info[1]}" in facts.pythons
     assert facts.disk > 0 and facts.memory > 0 and abs(facts.clock) < 5 and facts.features
+    assert facts.bits == 64 and facts.libc >= (2, 28) and facts.target(offload=False).machine == facts.machine
 
 
 @pytest.mark.parametrize("link", [False, True])
@@ -176,6 +177,8 @@ def test_who_is_not_there_or_does_not_let_us_in(ssh, tmp_path):
     ("change", "words"),
     [
         ({"machine": "armv7l"}, "the board is armv7l"),
+        ({"bits": 32}, "of 32 bit"),
+        ({"libc": (2, 24)}, "glibc 2.24"),
         ({"pythons": ()}, "no Python 3.11 or 3.13"),
         ({"disk": 100.0}, "100 MB of disk"),
         ({"memory": 50.0}, "50 MB of memory"),
@@ -184,5 +187,13 @@ def test_who_is_not_there_or_does_not_let_us_in(ssh, tmp_path):
 )
 def test_a_board_that_will_not_do_is_told_before_anything_is_sent(change, words):
     with pytest.raises(DeployError, match=words):
-        replace(BOARD, **change).target()
-    assert BOARD.target() == Target("aarch64", "3.11")
+        replace(BOARD, **change).target(offload=False)
+    assert BOARD.target(offload=False) == Target("aarch64", "3.11")
+
+
+def test_an_update_and_a_robot_without_text_tower_need_less_room():
+    full, small = replace(BOARD, disk=600.0), replace(BOARD, memory=180.0)
+    for board, offload in ((full, False), (small, False)):
+        with pytest.raises(DeployError, match="free"):
+            board.target(offload)
+    assert replace(full, installed=True).target(False) == small.target(True) == BOARD.target(False)

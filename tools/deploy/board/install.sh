@@ -17,73 +17,94 @@ while [ $# -gt 0 ]; do
     shift
 done
 fail() { echo "install.sh: $1" >&2; exit 1; }
-python=$(command -v python@PYTHON@ || command -v python3) || fail "there is no Python; install python@PYTHON@"
 home=/opt/vlpg
 base=$root$home
-
-restart() {
-    [ -z "$root" ] && [ -d /run/systemd/system ] || return 0
-    systemctl daemon-reload
-    systemctl restart vlpg-robot.service || fail "the robot does not start; see: journalctl -u vlpg-robot"
-}
 
 # Makes a link point elsewhere in one step: who reads it meanwhile sees the old or the new one.
 point() { ln -sfn "$2" "$1.new" && mv -T "$1.new" "$1"; }
 
+# Runs what is current, under its own limits. What does not start is no version to go back to.
+activate() {
+    touch "$base/current/failed"
+    cp "$base/current/vlpg-robot.service" "$root/etc/systemd/system/vlpg-robot.service"
+    if [ -z "$root" ] && [ -d /run/systemd/system ]; then
+        systemctl daemon-reload
+        systemctl restart vlpg-robot.service ||
+            fail "the robot does not start; journalctl -u vlpg-robot says why, install.sh --rollback goes back"
+    fi
+    rm "$base/current/failed"
+}
+
 if [ -n "$rollback" ]; then
     [ -L "$base/previous" ] || fail "there is no version before this one"
     now=$(readlink "$base/current") before=$(readlink "$base/previous")
+    [ -n "$root" ] || "$base/$before/bin/vlpg-robot" --help >/dev/null ||
+        fail "the version before does not run here any more; it was made for $(cat "$base/$before/about.json")"
     point "$base/current" "$before"
     point "$base/previous" "$now"
-    restart
+    activate
     echo "back at ${before#releases/}"
     exit
 fi
 
+# The first Python that runs: a name in the PATH may be a version manager's, of one that is not there.
+for python in python@PYTHON@ python3 none; do
+    found=$("$python" -c 'import struct, sys; print("%d.%d," % sys.version_info[:2], 8 * struct.calcsize("P"), "bit")' 2>/dev/null) && break
+done
+[ "$python" != none ] || fail "there is no Python; install python@PYTHON@"
 if [ -z "$root" ]; then
     [ "$(id -u)" = 0 ] || fail "run it as root"
     [ "$(uname -m)" = @MACHINE@ ] || fail "this bundle is for @MACHINE@, and this board is $(uname -m)"
-    found=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
-    [ "$found" = @PYTHON@ ] || fail "this bundle is for Python @PYTHON@, and $python is $found; make one with --python $found"
+    [ "$found" = "@PYTHON@, 64 bit" ] || fail "this bundle is for Python @PYTHON@, 64 bit, and $python is $found; make another one, with --python"
 fi
 release=$(cat "$here/release")
 folder=$base/releases/$release
-if [ ! -e "$folder/complete" ]; then
+if ! [ -e "$folder/complete" ] || ! (cd "$folder" && sha256sum --quiet --check sums) >/dev/null 2>&1; then
     (cd "$here" && sha256sum --quiet --check wheels.sha256) || fail "the bundle is damaged; copy it again"
+    trap 'rm -rf "$folder"' EXIT  # a half takes room, and is of no use
     rm -rf "$folder"
-    mkdir -p "$folder/site"
+    mkdir -p "$folder/site" "$folder/bin"
     for wheel in "$here"/wheels/*.whl; do
         "$python" -m zipfile -e "$wheel" "$folder/site"
     done
-    cp -R "$here/app" "$here/about.json" "$here/release.env" "$folder/"
-    "$python" -m compileall -q -j 0 "$folder/site" "$folder/app" >/dev/null || true  # a package may carry files for other Pythons
+    cp -R "$here/app" "$here/about.json" "$here/release.env" "$here/vlpg-robot.service" "$folder/"
+    for part in node:vlpg-robot doctor:vlpg-doctor bench:vlpg-bench reindex:vlpg-reindex; do
+        cat > "$folder/bin/${part#*:}" <<END
+#!/bin/sh
+# The installed robot's own packages and no others. Telemetry of ONNX Runtime off, one thread for BLAS, and without the
+# documentation in the code, which takes 2 MB.
+here=\$(CDPATH= cd -P -- "\$(dirname -- "\$0")" && cd .. && pwd -P)
+export PYTHONPATH=\$here/app:\$here/site ORT_DISABLE_TELEMETRY=1 OPENBLAS_NUM_THREADS=1
+exec "\$(command -v python@PYTHON@ || command -v python3)" -OO -s -P -m edge.${part%:*} "\$@"
+END
+        chmod 755 "$folder/bin/${part#*:}"
+    done
+    (cd "$folder" && find . -type f ! -name sums -exec sha256sum {} +) > "$folder.sums"
+    mv "$folder.sums" "$folder/sums"
+    # A package may carry files for other Pythons. One file at a time: a robot may be running beside it.
+    "$python" -m compileall -q -o 2 "$folder/site" "$folder/app" >/dev/null || true
+    sync -f "$folder"  # or a power cut may leave a complete version of empty files
     touch "$folder/complete"
+    trap - EXIT
 fi
 
-mkdir -p "$base/bin" "$root/etc/vlpg" "$root/etc/systemd/system/multi-user.target.wants" "$root/etc/sysusers.d"
-for part in node:vlpg-robot doctor:vlpg-doctor bench:vlpg-bench; do
-    cat > "$base/bin/${part#*:}" <<END
-#!/bin/sh
-# The installed robot's own packages and no others. Telemetry of ONNX Runtime off, one thread for BLAS.
-here=\$(CDPATH= cd -- "\$(dirname -- "\$0")/../current" && pwd -P)
-export PYTHONPATH=\$here/app:\$here/site ORT_DISABLE_TELEMETRY=1 OPENBLAS_NUM_THREADS=1
-exec "\$(command -v python@PYTHON@ || command -v python3)" -s -P -m edge.${part%:*} "\$@"
-END
-    chmod 755 "$base/bin/${part#*:}"
-done
+mkdir -p "$root/etc/vlpg" "$root/etc/systemd/system/multi-user.target.wants" "$root/etc/sysusers.d"
 [ -e "$root/etc/vlpg/robot.env" ] || cp "$here/robot.env" "$root/etc/vlpg/robot.env"
-cp "$here/vlpg-robot.service" "$root/etc/systemd/system/vlpg-robot.service"
 ln -sfn ../vlpg-robot.service "$root/etc/systemd/system/multi-user.target.wants/vlpg-robot.service"
 echo 'u vlpg - "vlpg-edge robot" /var/lib/vlpg /usr/sbin/nologin' > "$root/etc/sysusers.d/vlpg.conf"
-if [ -z "$root" ] && ! id vlpg >/dev/null 2>&1; then
+if [ -n "$root" ]; then
+    rm -f "$root/etc/.updated"  # else a system that has booted before does not look for new users
+elif ! id vlpg >/dev/null 2>&1; then
     useradd --system --home-dir /var/lib/vlpg --shell /usr/sbin/nologin vlpg
 fi
 
 now=$(readlink "$base/current" || true)
 if [ "$now" != "releases/$release" ]; then
-    [ -z "$now" ] || point "$base/previous" "$now"
+    [ -z "$now" ] || [ -e "$base/current/failed" ] || point "$base/previous" "$now"
     point "$base/current" "releases/$release"
 fi
+[ -L "$base/bin" ] || rm -rf "$base/bin"
+point "$base/bin" current/bin
 for old in "$base"/releases/*; do
     case releases/${old##*/} in
     "$(readlink "$base/current")" | "$(readlink "$base/previous" || true)") ;;
@@ -91,5 +112,5 @@ for old in "$base"/releases/*; do
     esac
 done
 chmod -R a+rX "$base"
-restart
+activate
 echo "installed $release in $home"
