@@ -30,7 +30,7 @@ from edge.mapping.warp import carried
 from edge.memory.database import StoreError
 from edge.memory.store import Vlpg
 from edge.observation import STOP
-from edge.process import MemoryUse, cache_file, give_back_large_blocks, stop_event
+from edge.process import MemoryUse, cache_file, give_back_large_blocks, give_back_what_loading_took, stop_event
 from edge.service import Service
 from models.manifest import Manifest, ModelError, resolve
 
@@ -349,6 +349,7 @@ def _run(options):
     images = Encoder(manifest, text=False, threads=options.threads)
     stop, service = stop_event(), Service()
     give_back_large_blocks()
+    give_back_what_loading_took()
     cv2.setNumThreads(1)  # the other cores are the base's, and of who else lives on the board
     # The store first: that it is another encoder's is said whether or not anybody listens.
     with Vlpg.open(options.memory, images.name, images.digest, images.dim) as memory:
@@ -374,6 +375,7 @@ def _run(options):
 
             config = NodeConfig(name=options.name)
             node = Node(session, robot, Missions(MapHome, find), memory.mapped, config, options.wait)
+            give_back_what_loading_took()
             node.run(stop, service)
 
 

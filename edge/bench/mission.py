@@ -1,7 +1,7 @@
 """``python -m edge.bench.mission RECORDING MODEL board|host FOLDER``: the robot's missions in a process of their own.
 
-All that the robot process has is there: towers, a store in FOLDER, a Zenoh session. Only the base is a recording. With
-``host`` there is no text tower: what the prompts mean was answered by a host before.
+All that the robot process has is there: towers, a store in FOLDER, a Zenoh session, and a node on it that nobody asks.
+Only the base is a recording. With ``host`` there is no text tower: what the prompts mean was answered by a host before.
 """
 
 import sys
@@ -24,10 +24,13 @@ from edge.memory.prompts import PromptMemory
 from edge.memory.store import Vlpg
 from edge.missions import motion
 from edge.missions.find_object import FindObject
+from edge.missions.map_home import MapHome
+from edge.node import Missions, Node
 from edge.perception.encoder import Encoder
 from edge.perception.text import TextTower
 from edge.planning.local_search import LocalSearch
 from edge.planning.mpepc import Mpepc
+from edge.process import give_back_what_loading_took
 from edge.robot import Robot
 from models.manifest import Manifest, resolve
 
@@ -79,8 +82,10 @@ def main() -> None:
             encoder = OffloadedEncoder(session, images, "never", TextTower(manifest))
         for stage in STAGES:
             watch.watch(*stage)
-        replay = Replay(recording, Robot(encoder, memory))
+        node = Node(session, Robot(encoder, memory), Missions(MapHome, FindObject), mapped=True)
+        replay = Replay(recording, node.robot)
         watch.watch(replay, "step", STEP)
+        give_back_what_loading_took()
         for _ in replay.run():
             pass
         dense = vlmaps.nbytes(replay.robot.grid)

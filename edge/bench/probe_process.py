@@ -12,7 +12,8 @@ from pathlib import Path
 
 from edge.bench.usage import MB, Sampler, Usage, read_usage
 
-_OWN = re.compile(r"/(site-packages|dist-packages|site|models)/")  # in the path of a mapped file
+# In the path of a mapped file: packages, weights, and the interpreter, which seldom runs anything else on a robot.
+_OWN = re.compile(r"/(site-packages|dist-packages|site|models|lib-dynload)/|/(lib)?python3[^/]*$")
 _ONE_THREAD = {
     "ORT_DISABLE_TELEMETRY": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
 }  # fmt: skip
@@ -28,15 +29,20 @@ class ProbeProcess:
     PERIOD = 0.004  # s between two readings of the memory; what takes a megabyte for less is missed
 
     def __init__(
-        self, module: str, *arguments: str, period: float | None = PERIOD, limit: Callable[[], None] | None = None
+        self,
+        module: str,
+        *arguments: str,
+        period: float | None = PERIOD,
+        limit: Callable[[], None] | None = None,
+        flags: tuple[str, ...] = (),
     ):
         """Starts it and waits until it is ready, which is when it prints a line: ``said``.
 
         ``period`` [s] is between readings of its memory, which hold it up: None where it is to be timed. ``limit`` is
-        called in the process before it begins. Raises ProbeFailed when it ends instead.
+        called in the process before it begins. ``flags`` are Python's. Raises ProbeFailed when it ends instead.
         """
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", module, *map(str, arguments)],
+            [sys.executable, *flags, "-P", "-m", module, *map(str, arguments)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -82,7 +88,7 @@ class ProbeProcess:
 
         PSS charges a part of a process's libraries and weights to others that map them, too: to this one, which
         measures, or to a robot that runs meanwhile. On a robot there is nobody else. What belongs to the system (libc,
-        the interpreter) stays shared.
+        OpenSSL) stays shared.
         """
         pss = usage.rss - _borne_by_the_system(self._process.pid)
         return replace(usage, pss=pss, file_backed=pss - usage.anonymous)

@@ -9,12 +9,13 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 
-from edge.process import give_back_large_blocks
+from edge.process import give_back_large_blocks, give_back_what_loading_took
 
 
 def begin() -> None:
     """Be a process as the robot's is, on one core."""
     give_back_large_blocks()
+    give_back_what_loading_took()
     core = max(os.sched_getaffinity(0))  # the first ones have the machine's own work
     os.sched_setaffinity(0, {core})
 
