@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from edge.bench.baseline import regressions
-from edge.bench.budget import BOARD, BUDGETS, HOST, overruns
+from edge.bench.budget import BOARD, BUDGETS, HOST, overruns, spent
 from edge.bench.limit import MemoryLimit
 from edge.bench.measure import FEWEST, MOST, Subject, measure, subjects, weigh
 from edge.bench.probe_process import ProbeFailed
@@ -86,12 +86,17 @@ def bench(options: argparse.Namespace) -> int:
             print(f"{name}: {stage.mean / PERIOD:.0%} of this core at 10 Hz")
     if options.json:
         report.save(options.json)
+    if before and (before.machine, before.model) != (report.machine, report.model):
+        print(f"compared with another machine or model: {before.machine}; {before.model}")
     problems = overruns(report, BUDGETS[options.budget]) if options.budget else []
     problems += regressions(report, before) if before else []
     for problem in problems:
         print(f"OVER  {problem}")
     if options.budget and not problems:
-        print(f"within the budget {options.budget}")
+        judged = spent(report, BUDGETS[options.budget])
+        print(
+            f"within the budget {options.budget}, on this machine" if judged else "nothing of that budget was measured"
+        )
     return bool(problems)
 
 

@@ -24,8 +24,8 @@ BUDGETS = {
 }
 
 
-def overruns(report: Report, budget: Budget) -> list[str]:
-    """A sentence on each figure over the ``budget``."""
+def spent(report: Report, budget: Budget) -> list[tuple[str, float, float, str]]:
+    """What of the report the ``budget`` limits: its name, value, limit and unit."""
     spent = []
     for name, limit in ((BOARD, budget.board), (HOST, budget.host)):
         if name in report.processes:
@@ -36,4 +36,10 @@ def overruns(report: Report, budget: Budget) -> list[str]:
     for name, stage in report.stages.items():
         if name.endswith(STEP):
             spent.append((f"{name}: p95", stage.p95, budget.step, "ms"))
-    return [f"{name} is {value:.1f} {unit}, over {limit:g}" for name, value, limit, unit in spent if value > limit]
+    return spent
+
+
+def overruns(report: Report, budget: Budget) -> list[str]:
+    """A sentence on each figure over the ``budget``."""
+    figures = spent(report, budget)
+    return [f"{name} is {value:.1f} {unit}, over {limit:g}" for name, value, limit, unit in figures if value > limit]
