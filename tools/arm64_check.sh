@@ -64,12 +64,14 @@ $python -m tools.arm64.here compare "$folder/work"
 echo "== a robot there, a host here"
 endpoint=tcp/127.0.0.1:$($python -c 'from tools.demo.processes import free_port; print(free_port())')
 ORT_DISABLE_TELEMETRY=1 $python -m host.node --listen "$endpoint" --no-multicast-scouting & host=$!
-rm -f "$system/check/talk.vlpg"
+rm -f "$system"/check/talk.vlpg*
 arm -m edge.node --wait --offload host --memory /check/talk.vlpg --connect "$endpoint" --no-multicast-scouting & robot=$!
+heard="offload host, a host is there" answer=
 for _ in $(seq 60); do
     sleep 2
-    answer=$($python -m tools.cli status --connect "$endpoint" --no-multicast-scouting 2>/dev/null) && break
+    answer=$($python -m tools.cli status --connect "$endpoint" --no-multicast-scouting 2>/dev/null) || continue
+    ! grep -q "$heard" <<<"$answer" || break
 done
 echo "$answer"
-grep -q "offload host, a host is there" <<<"$answer"
+grep -q "$heard" <<<"$answer"
 echo "== the bundle works on emulated ARM"

@@ -92,7 +92,7 @@ rm -f "$folder/disk.ext4"
 mke2fs -q -t ext4 -d "$root" "$folder/disk.ext4" 3G
 
 echo "== the machine"
-qemu-system-aarch64 -M virt -cpu cortex-a72 -smp 2 -m 512 -nographic -no-reboot \
+timeout 6h qemu-system-aarch64 -M virt -cpu cortex-a72 -smp 2 -m 512 -nographic -no-reboot \
     -kernel "$root"/boot/vmlinuz-* -initrd "$folder/first.gz" -append "console=ttyAMA0 quiet panic=-1" \
     -drive file="$folder/disk.ext4",format=raw,if=virtio,cache=unsafe -nic none | sed -u 's,\r,,' | tee "$folder/machine.txt"
 codes=$(sed -n 's/^MACHINE: exit code //p' "$folder/machine.txt" | tr '\n' ' ')

@@ -1,5 +1,7 @@
 """Where stopping counts, and the shortest way there: the truth behind SR and SPL ([U] Sec. V)."""
 
+from math import ceil
+
 import cv2
 import numpy as np
 
@@ -10,6 +12,7 @@ from firmware_sim.placement import ROBOT_RADIUS
 from tools.eval.judge import instances_of
 
 CLEARANCE = 1.0  # m from an instance of the object
+_STEP = 0.03  # m between the points of an outline that are looked for
 _BETWEEN = np.linspace(0.0, 1.0, 24)[1:-1]  # samples of a line of at most a metre: every 5 cm
 
 
@@ -41,26 +44,28 @@ class GoalRegion:
         return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
     def _away(self, thing, places: np.ndarray) -> np.ndarray:
-        """m from ``places (N, 2)`` to the outline of a thing, infinite where a wall is between or it is too far."""
-        nearest = _nearest_on(thing.footprint, places)
-        away = np.hypot(*(nearest - places).T)
-        close = np.flatnonzero(away <= 2 * CLEARANCE)
-        lines = places[close, None] + _BETWEEN[:, None] * (nearest - places)[close, None]
-        row, col = self._space.frame.to_cell(lines)
-        blocked = self._walls[row, col].any(axis=1)
-        far = np.full(len(places), np.inf)
-        far[close[~blocked]] = away[close[~blocked]]
-        return far
+        """m from ``places (N, 2)`` to what walls leave to see of a thing's outline; infinite if nothing, or too far."""
+        points = _points_on(thing.footprint)
+        away = np.hypot(*np.moveaxis(points - places[:, None], -1, 0))
+        seen = np.full(len(places), np.inf)
+        left = np.flatnonzero(away.min(axis=1) <= 2 * CLEARANCE)
+        order = np.argsort(away[left], axis=1)
+        for rank in range(len(points)):  # a door jamb may hide the nearest point, and not the next one
+            nearest = order[:, rank]
+            distance = away[left, nearest]
+            lines = places[left, None] + _BETWEEN[:, None] * (points[nearest] - places[left])[:, None]
+            row, col = self._space.frame.to_cell(lines)
+            clear = ~self._walls[row, col].any(axis=1)
+            seen[left[clear]] = distance[clear]
+            further = ~clear & (distance <= 2 * CLEARANCE)
+            left, order = left[further], order[further]
+        return seen
 
 
-def _nearest_on(outline: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """The point of a closed ``outline (M, 2)`` nearest to each of ``places (N, 2)``: ``(N, 2)``."""
-    a, b = outline, np.roll(outline, -1, axis=0)
-    along = b - a
-    share = ((places[:, None] - a) * along).sum(-1) / np.maximum((along * along).sum(-1), 1e-12)
-    points = a + np.clip(share, 0, 1)[..., None] * along
-    away = np.hypot(*np.moveaxis(points - places[:, None], -1, 0))
-    return points[np.arange(len(places)), away.argmin(axis=1)]
+def _points_on(outline: np.ndarray) -> np.ndarray:
+    """Points ``(M, 2)`` along a closed ``outline (K, 2)``, its corners and others not more than ``_STEP`` apart."""
+    sides = zip(outline, np.roll(outline, -1, axis=0))
+    return np.concatenate([np.linspace(a, b, 1 + ceil(np.hypot(*(b - a)) / _STEP), endpoint=False) for a, b in sides])
 
 
 def _first_met(free: np.ndarray, start: tuple[int, int], region: np.ndarray) -> tuple[int, int] | None:

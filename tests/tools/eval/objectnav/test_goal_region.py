@@ -21,6 +21,16 @@ def test_distance_is_to_the_outline_in_line_of_sight():
     assert region.distance([left - 3.5, 0.4]) == np.inf  # far away, and beyond the wall
 
 
+def test_what_a_door_jamb_leaves_to_see_counts(monkeypatch):
+    region = GoalRegion(HOUSE, "dustbin")
+    place = np.array([HOUSE.objects["dustbin-1"].footprint[:, 0].min() - 0.5, 0.4])
+    jamb = region._walls.copy()
+    row, col = (int(i) for i in region._space.frame.to_cell(place + [0.25, 0.0]))
+    jamb[row, col] = True
+    monkeypatch.setattr(region, "_walls", jamb)
+    assert 0.5 < region.distance(place) < 0.7
+
+
 def test_a_wall_between_hides_it():
     region = GoalRegion(HOUSE, "armchair")
     right = HOUSE.objects["armchair-1"].footprint[:, 0].max()
