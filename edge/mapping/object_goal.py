@@ -17,6 +17,7 @@ class ObjectGoalConfig:
 
     edge: float = 2.0  # px; a mask that is so near to the picture's left or right edge may go on beyond it
     far: float = 0.95  # of the camera's range; beyond, depth may be that of nothing
+    nearer: float = 0.1  # m beyond the camera's least depth, within which the map's obstacles may be too near for it
     thick: float = 0.5  # m; the mask's pixels in the fullest slice so thick are the object's
     behind: float = 0.25  # of the mask's pixels, if so many lie beyond that slice, the object may be there instead
     same: float = 1.0  # m between the centroids of two views of one object
@@ -34,6 +35,8 @@ class Surface:
     points: np.ndarray  # (N, 2) m, map frame
     provisional: bool  # cut by the picture's edge, or too far away: to be seen from closer before it counts
     behind: "Surface | None" = None  # where the object is if what the mask shows most of only stands before it
+    vague: bool = False  # too far away, or mostly without depth: a direction rather than a place
+    origin: np.ndarray | None = None  # (2,) m, where the robot saw it from
 
     @property
     def centroid(self) -> np.ndarray:
@@ -44,7 +47,7 @@ class Surface:
 def surface(detection: Detection, depth, camera: CameraModel, pose, grid: OccupancyGrid, config=CONFIG) -> Surface:
     """The points that the ``detection`` covers in ``depth (H, W)`` [m], taken from ``pose (3,)``.
 
-    Where its mask has no return, the map tells how far one can see: that is provisional.
+    Where its mask has no return, it is nearer than the camera measures, if the map has something there, or further.
     """
     (x0, y0, x1, _), mask = detection.box, detection.mask
     stride = STRIDE if mask[::STRIDE, ::STRIDE].any() else 1  # a small mask may lie between the points
@@ -52,7 +55,8 @@ def surface(detection: Detection, depth, camera: CameraModel, pose, grid: Occupa
     u, ranges = cols * stride + int(x0), depth[rows * stride + int(y0), cols * stride + int(x0)]
     blank = ~(np.isfinite(ranges) & (ranges > 0))
     columns, column = np.unique(u[blank], return_inverse=True)
-    ranges[blank] = mapped_depth(grid, camera, pose, columns)[column]
+    mapped = mapped_depth(grid, camera, pose, columns)[column]
+    ranges[blank] = np.where(mapped <= camera.min_depth + config.nearer, mapped, camera.max_depth)
     order = np.argsort(ranges)
     u, ranges, blank = u[order], ranges[order], blank[order]
     ends = np.searchsorted(ranges, ranges + config.thick, side="right")
@@ -62,9 +66,9 @@ def surface(detection: Detection, depth, camera: CameraModel, pose, grid: Occupa
     cut = x0 <= config.edge or x1 >= depth.shape[1] - config.edge
     behind = None
     if len(u) - last > config.behind * len(u):
-        behind = Surface(_on_floor(u[last:], ranges[last:], camera, pose), True)
-    provisional = far or cut or blank[first:last].mean() > 0.5
-    return Surface(_on_floor(u[first:last], ranges[first:last], camera, pose), bool(provisional), behind)
+        behind = Surface(_on_floor(u[last:], ranges[last:], camera, pose), True, origin=pose[:2])
+    vague = bool(far or blank[first:last].mean() > 0.5)
+    return Surface(_on_floor(u[first:last], ranges[first:last], camera, pose), vague or cut, behind, vague, pose[:2])
 
 
 def _on_floor(u, ranges, camera: CameraModel, pose) -> np.ndarray:
@@ -93,6 +97,11 @@ class ObjectGoal:
     def is_at(self, place) -> bool:
         """Whether a view with its centroid at ``place (2,)`` [m] is one of this object."""
         return bool(np.hypot(*(self.centroid - place)) <= self.config.same)
+
+    @property
+    def origin(self) -> np.ndarray | None:
+        """(2,) m, where the robot last saw it from."""
+        return self._seen.origin
 
     @property
     def behind(self) -> Surface | None:

@@ -119,6 +119,8 @@ class Exploration:
         seen = surface(best, frame.depth, robot.camera, robot.in_map(frame.odom), robot.grid)
         if self.goal.is_at(seen.centroid):
             self.goal.update(seen)
+            if seen.vague:  # it is not here, if anywhere that way
+                return None
             self.candidates.append(Candidate(self.goal, best.score, robot.encoder.confidence(best.score, best.score)))
             return self.candidates[-1]
         if not self._is_refuted(seen.centroid):

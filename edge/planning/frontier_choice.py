@@ -1,7 +1,7 @@
 """Which frontier to explore next, and for how long to keep to it ([U] Sec. IV)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,6 +23,19 @@ class ChoiceConfig:
     patience: int = 20  # choices of the same frontier without progress, after which it is dropped
 
 
+TOWARD = ChoiceConfig()  # for the way to a place, whatever the acquisition function
+
+
+@dataclass
+class _Trial:
+    """What came of making for a frontier so far."""
+
+    waypoint: np.ndarray  # (2,) m, where it was, and
+    latest: int = 0  # which choice, when it was chosen last
+    been: list[np.ndarray] = field(default_factory=list)  # (2,) m
+    stalled: int = 0  # choices since the robot last came to a new place
+
+
 class FrontierChoice:
     """Keeps to a frontier until it is gone, clearly beaten, or cannot be approached.
 
@@ -36,8 +49,8 @@ class FrontierChoice:
         self.scores = np.zeros(0)  # (N,), theirs
         self._acquisition = acquisition
         self._kept: np.ndarray | None = None  # (2,) m, waypoint of the last choice
-        self._been: list[np.ndarray] = []  # (2,) m, since that choice was first made
-        self._stalled = 0
+        self._trials: list[_Trial] = []
+        self._choices = 0  # made so far
         self._dropped: list[np.ndarray] = []
 
     def choose(self, frontiers: list[Frontier], relevance, position) -> Frontier | None:
@@ -50,13 +63,17 @@ class FrontierChoice:
             means, variances = np.array([relevance.around(place, self.config.disc) for place in waypoints]).T
             return self._acquisition(means, variances, away)
 
-        return self._best(frontiers, scores, np.asarray(position, float)[:2])
+        return self._best(frontiers, scores, np.asarray(position, float)[:2], self.config)
 
     def choose_toward(self, frontiers: list[Frontier], place, position) -> Frontier | None:
         """The frontier nearest to ``place (2,)`` [m], to which no way is known yet; None when there is none left."""
-        return self._best(frontiers, lambda waypoints, _: -np.hypot(*(waypoints - place).T), np.asarray(position)[:2])
 
-    def _best(self, frontiers, scores_of, position) -> Frontier | None:
+        def scores(waypoints, away):
+            return -np.hypot(*(waypoints - place).T)
+
+        return self._best(frontiers, scores, np.asarray(position, float)[:2], TOWARD)
+
+    def _best(self, frontiers, scores_of, position, config: ChoiceConfig) -> Frontier | None:
         left = [frontier for frontier in frontiers if not self._is_dropped(frontier.waypoint)]
         self.offered, self.scores = left, np.zeros(0)
         if not left:
@@ -65,16 +82,16 @@ class FrontierChoice:
         away = np.hypot(*(waypoints - position).T)
         self.scores = scores_of(waypoints, away)
         best = self.scores.max()
-        tied = np.flatnonzero(self.scores >= best - self.config.tie * abs(best))
+        tied = np.flatnonzero(self.scores >= best - config.tie * abs(best))
         chosen = int(tied[np.argmin(away[tied])])
         if self._kept is not None:
             last = int(np.argmin(np.hypot(*(waypoints - self._kept).T)))
             lead = best - self.scores[last]
-            if self.is_same(waypoints[last], self._kept) and lead <= self.config.margin * abs(best):
+            if self.is_same(waypoints[last], self._kept) and lead <= config.margin * abs(best):
                 chosen = last
         if self._note(waypoints[chosen], position):
             return left[chosen]
-        return self._best(frontiers, scores_of, position)
+        return self._best(frontiers, scores_of, position, config)
 
     def drop(self, waypoint) -> None:
         """Never choose a frontier there again: it cannot be reached."""
@@ -88,17 +105,21 @@ class FrontierChoice:
     def _note(self, waypoint, here) -> bool:
         """Whether the choice may be approached; one for which the robot has come to no new place for long is dropped.
 
-        The way to it may lead away from it at first.
+        The way to it may lead away from it at first. Others chosen in between, now and then, do not start that anew.
         """
-        if self._kept is None or not self.is_same(waypoint, self._kept):
-            self._been, self._stalled = [], 0
         self._kept = waypoint
-        if all(np.hypot(*(here - place)) >= self.config.progress for place in self._been):
-            self._been.append(here)
-            self._stalled = 0
+        self._choices += 1
+        self._trials = [trial for trial in self._trials if self._choices - trial.latest <= self.config.patience]
+        trial = next((trial for trial in self._trials if self.is_same(waypoint, trial.waypoint)), None)
+        if trial is None:
+            self._trials.append(trial := _Trial(waypoint))
+        trial.waypoint, trial.latest = waypoint, self._choices
+        if all(np.hypot(*(here - place)) >= self.config.progress for place in trial.been):
+            trial.been.append(here)
+            trial.stalled = 0
         else:
-            self._stalled += 1
-        if self._stalled <= self.config.patience:
+            trial.stalled += 1
+        if trial.stalled <= self.config.patience:
             return True
         self.drop(waypoint)
         return False

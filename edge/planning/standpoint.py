@@ -50,6 +50,25 @@ def standpoint(
     return stands[cost.argmin()]
 
 
+def stands_before(
+    place, seen_from, near: float, reachable: np.ndarray, occupied: np.ndarray, frame: GridFrame, config=CONFIG
+) -> np.ndarray:
+    """Ground ``(N, 2)`` [m] within ``near`` [m] of ``place (2,)``, on the side it was seen from; N may be 0.
+
+    Of what is ``reachable (R, C)``; the map may hide only the last bit of the way to the place, which is then taken for
+    what that stands on. So a wall at its back is no place to stand behind, even if the room is not known yet.
+    """
+    place, towards = np.asarray(place, float), np.asarray(seen_from, float)[:2] - place
+    rows, cols = np.nonzero(reachable)
+    stands = frame.to_world(rows, cols).reshape(-1, 2)
+    away = np.hypot(*(stands - place).T)
+    close = (away <= near) & ((stands - place) @ towards >= 0.0)
+    stands, away = stands[close], away[close]
+    if not len(stands):
+        return stands
+    return stands[_sight(stands, place, away, occupied, frame) >= away - config.own]
+
+
 def _sight(stands, place, away, occupied, frame) -> np.ndarray:
     """Length ``(N,)`` [m] of the free line from each of ``stands (N, 2)`` towards ``place (2,)``, ``away (N,)`` off."""
     reach = float(away.max())

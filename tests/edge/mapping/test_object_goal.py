@@ -7,7 +7,7 @@ from edge.camera import CameraModel
 from edge.mapping.object_goal import ObjectGoal, Surface, surface
 from edge.mapping.occupancy import OccupancyGrid
 from edge.perception.detection import Detection
-from tests.edge.mapping.test_coverage import OPEN
+from tests.edge.mapping.test_coverage import OPEN, around
 
 CAMERA = CameraModel()
 HERE = np.array([1.0, 2.0, np.pi / 2])  # looks along +y
@@ -66,6 +66,15 @@ def test_without_a_return_the_map_tells():
     depth = depth_of(np.nan)
     depth[100:140, 140:150] = 1.0  # a post before it
     assert surface(box(), depth, CAMERA, np.zeros(3), OPEN).centroid[0] > 4
+
+
+def test_what_is_too_far_for_depth_is_a_direction_and_no_place():
+    """Seen over something low, which the map has, and the camera looks past."""
+    distances = CAMERA.ahead + 0.5, 2.0, np.inf
+    near, over, far = (surface(box(), depth_of(0.0), CAMERA, np.zeros(3), around(distance)) for distance in distances)
+    assert near.vague and near.centroid[0] == pytest.approx(CAMERA.ahead + 0.5, abs=0.06)  # too near for the camera
+    assert over.vague and over.centroid == pytest.approx(far.centroid)
+    assert not seen(depth_of(2.0), box(0, 40)).vague  # cut by the edge, but there
 
 
 def square(x, y, provisional=False):

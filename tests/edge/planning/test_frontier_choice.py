@@ -89,3 +89,28 @@ def test_a_way_that_leads_away_at_first_is_progress_and_to_and_fro_is_not():
     dithering = FrontierChoice(by_mean, ChoiceConfig(patience=3))
     chosen = [dithering.choose([at(9)], Beliefs(), np.array([0.0, 0.5 * (step % 2)])) for step in range(6)]
     assert chosen[4] is not None and chosen[5] is None
+
+
+def test_two_that_take_turns_without_progress_are_dropped():
+    choice = FrontierChoice(by_mean, ChoiceConfig(patience=3))
+    beliefs = [Beliefs(x2=0.1, x9=0.9), Beliefs(x2=0.9, x9=0.1)]
+    chosen = [choice.choose([at(2), at(9)], beliefs[step % 2], HERE) for step in range(12)]
+    assert chosen[7] is not None and chosen[-1] is None
+
+
+def test_one_that_was_left_for_another_for_long_may_be_made_for_anew():
+    choice, both = FrontierChoice(by_mean, ChoiceConfig(patience=3)), [at(2), at(9)]
+    for _ in range(3):
+        assert choice.choose(both, Beliefs(x2=0.1, x9=0.9), HERE).waypoint[0] == 9
+    for x in np.arange(0, 3, 0.5):
+        assert choice.choose(both, Beliefs(x2=0.9, x9=0.1), np.array([x, 0, 0])).waypoint[0] == 2
+    for _ in range(4):
+        assert choice.choose(both, Beliefs(x2=0.1, x9=0.9), HERE).waypoint[0] == 9
+
+
+def test_how_long_choices_last_is_no_matter_on_the_way_to_a_place():
+    choice = FrontierChoice(by_mean, ChoiceConfig(tie=0.0, margin=np.inf))
+    both = [at(6), at(-4)]
+    assert choice.choose(both, Beliefs(x6=0.9), HERE).waypoint[0] == 6
+    assert choice.choose(both, Beliefs(x6=0.1), HERE).waypoint[0] == 6
+    assert choice.choose_toward(both, np.array([-5.0, 0.0]), HERE).waypoint[0] == -4

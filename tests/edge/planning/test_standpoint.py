@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from edge.mapping.grid import GridFrame
-from edge.planning.standpoint import standpoint
+from edge.planning.standpoint import standpoint, stands_before
 
 FRAME = GridFrame((-6.0, -4.0), 0.05, (160, 240))  # 12 x 8 m
 
@@ -75,3 +75,29 @@ def test_what_no_ground_comes_near_is_looked_at_from_the_nearest():
 def test_without_ground_there_is_no_answer():
     occupied, reachable = room()
     assert standpoint((0.0, 0.0), (1.0, 0.0, 0.0), 1.8, reachable & False, occupied, FRAME) is None
+
+
+WALL = (-1.0, -3.5, -0.9, 2.0)  # with a door at its far end
+
+
+def before(place, seen_from, *boxes, near=0.9):
+    occupied, reachable = room(*boxes)
+    return stands_before(np.array(place), np.array(seen_from), near, reachable, occupied, FRAME)
+
+
+def test_all_of_the_ground_before_a_place_is_on_the_side_it_was_seen_from():
+    stands = before((-0.3, -1.0), (2.0, -1.0), WALL)
+    assert len(stands) and (stands[:, 0] >= -0.3).all() and (np.hypot(*(stands - [-0.3, -1.0]).T) <= 0.9).all()
+
+
+def test_the_other_side_of_a_wall_is_not_before_it_even_if_it_was_seen_along_the_wall():
+    """Through the door, from the room that the robot is in: half of what is near lies on this side of the wall."""
+    occupied, reachable = room(WALL)
+    near_side = reachable & (np.arange(FRAME.shape[1]) < FRAME.to_cell([-1.0, 0.0])[1])  # what is known so far
+    assert not len(stands_before(np.array([-0.3, 1.0]), np.array([-1.5, 2.6]), 0.9, near_side, occupied, FRAME))
+    assert len(stands_before(np.array([-0.3, 1.0]), np.array([-1.5, 2.6]), 0.9, reachable, occupied, FRAME))
+
+
+def test_what_stands_on_a_table_has_ground_before_it_as_long_as_the_table_is_small():
+    assert len(before((0.0, 0.0), (2.0, 0.0), (-0.25, -0.25, 0.25, 0.25)))
+    assert not len(before((0.0, 0.0), (2.0, 0.0), (-0.6, -0.6, 0.6, 0.6)))

@@ -29,8 +29,8 @@ _PLACES = (" ahead", " in the vicinity", " around here", " nearby")
 
 def wordings() -> list[str]:
     """A hundred prompts: the seven of [U] Table I first."""
-    composed = [hedge + claim + place for hedge, claim, place in product(_HEDGES, _CLAIMS, _PLACES)]
-    rest = [text[0].upper() + text[1:] for text in composed if text not in ENSEMBLE]
+    composed = ("".join(parts) for parts in product(_HEDGES, _CLAIMS, _PLACES))
+    rest = [text for text in (text[0].upper() + text[1:] for text in composed) if text not in ENSEMBLE]
     rng = np.random.default_rng(0)
     return [*ENSEMBLE, *(rest[i] for i in rng.permutation(len(rest))[: max(COUNTS) - len(ENSEMBLE)])]
 

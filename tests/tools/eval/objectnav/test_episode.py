@@ -33,7 +33,7 @@ def test_out_of_actions_is_no_success(home):
     run.agent.config = AgentConfig(actions=5)
     while not run.done:
         run.step()
-    assert run.agent.ending == "out of actions" and run.agent.actions == 6
+    assert run.agent.ending == "out of actions" and run.agent.actions == 5
 
 
 def test_what_is_not_there_is_a_false_claim_or_none(home):
