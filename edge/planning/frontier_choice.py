@@ -51,7 +51,9 @@ class FrontierChoice:
         self._kept: np.ndarray | None = None  # (2,) m, waypoint of the last choice
         self._trials: list[_Trial] = []
         self._choices = 0  # made so far
-        self._dropped: list[np.ndarray] = []
+        self._dropped: list[np.ndarray] = []  # (2,) m, for good
+        self._later: list[np.ndarray] = []  # (2,) m, when no other is left
+        self._tried_again: list[np.ndarray] = []  # (2,) m
 
     def choose(self, frontiers: list[Frontier], relevance, position) -> Frontier | None:
         """The frontier to drive to from ``position (2,)`` or pose; None when there is none left.
@@ -74,7 +76,10 @@ class FrontierChoice:
         return self._best(frontiers, scores, np.asarray(position, float)[:2], TOWARD)
 
     def _best(self, frontiers, scores_of, position, config: ChoiceConfig) -> Frontier | None:
-        left = [frontier for frontier in frontiers if not self._is_dropped(frontier.waypoint)]
+        left = [frontier for frontier in frontiers if not self._is_in(self._dropped + self._later, frontier.waypoint)]
+        if not left and self._later:  # it may have been the turn of others then
+            self._tried_again, self._later = self._tried_again + self._later, []
+            return self._best(frontiers, scores_of, position, config)
         self.offered, self.scores = left, np.zeros(0)
         if not left:
             return None
@@ -103,9 +108,10 @@ class FrontierChoice:
         return bool(np.hypot(*(one - other)) <= self.config.same)
 
     def _note(self, waypoint, here) -> bool:
-        """Whether the choice may be approached; one for which the robot has come to no new place for long is dropped.
+        """Whether the choice may be approached; not if the robot has come to no new place for long.
 
-        The way to it may lead away from it at first. Others chosen in between, now and then, do not start that anew.
+        Then it waits until no other is left; the second time it is dropped. The way may lead away from it at first.
+        Others chosen in between, now and then, do not start that anew.
         """
         self._kept = waypoint
         self._choices += 1
@@ -121,8 +127,12 @@ class FrontierChoice:
             trial.stalled += 1
         if trial.stalled <= self.config.patience:
             return True
-        self.drop(waypoint)
+        if self._is_in(self._tried_again, waypoint):
+            self.drop(waypoint)
+        else:
+            self._later.append(waypoint)
+            self._kept, self._trials = None, []  # the others may have stalled because of this one
         return False
 
-    def _is_dropped(self, waypoint) -> bool:
-        return any(self.is_same(waypoint, other) for other in self._dropped)
+    def _is_in(self, places: list[np.ndarray], waypoint) -> bool:
+        return any(self.is_same(waypoint, other) for other in places)

@@ -87,15 +87,17 @@ def test_a_way_that_leads_away_at_first_is_progress_and_to_and_fro_is_not():
     for y in np.arange(0, 8, 0.5):
         assert round_about.choose([at(9)], Beliefs(), np.array([0.0, y])) is not None
     dithering = FrontierChoice(by_mean, ChoiceConfig(patience=3))
-    chosen = [dithering.choose([at(9)], Beliefs(), np.array([0.0, 0.5 * (step % 2)])) for step in range(6)]
-    assert chosen[4] is not None and chosen[5] is None
+    chosen = [dithering.choose([at(9)], Beliefs(), np.array([0.0, 0.5 * (step % 2)])) for step in range(12)]
+    assert chosen[8] is not None and chosen[-1] is None  # it gets a second chance
 
 
 def test_two_that_take_turns_without_progress_are_dropped():
     choice = FrontierChoice(by_mean, ChoiceConfig(patience=3))
     beliefs = [Beliefs(x2=0.1, x9=0.9), Beliefs(x2=0.9, x9=0.1)]
-    chosen = [choice.choose([at(2), at(9)], beliefs[step % 2], HERE) for step in range(12)]
-    assert chosen[7] is not None and chosen[-1] is None
+    chosen = [choice.choose([at(2), at(9)], beliefs[step % 2], HERE) for step in range(24)]
+    waypoints = [frontier and frontier.waypoint[0] for frontier in chosen]
+    assert waypoints[:6] == [9, 2] * 3 and waypoints[8:11] == [2, 2, 2]  # one waits, the other is not to blame
+    assert 9 in waypoints[11:] and waypoints[-1] is None
 
 
 def test_one_that_was_left_for_another_for_long_may_be_made_for_anew():
