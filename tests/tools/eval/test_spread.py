@@ -30,5 +30,6 @@ def test_whatever_changes_what_an_encoder_says_makes_other_results(name):
     same = name(folder=Path("elsewhere"), measured={"image_time": 1.0})
     steeper = replace(shipped.relevance, slope=2 * shipped.relevance.slope)
     others = [name(logit_scale=1.0), name(relevance=steeper), name(digest="0" * 64), name("cottage")]
-    others += [name(plan=replace(PLAN, seed=1)), name(plan=replace(PLAN, encoder="oracle"))]
+    others += [name(plan=replace(PLAN, settings="another release's")), name(plan=replace(PLAN, seed=1))]
+    others += [name(plan=replace(PLAN, encoder="oracle"))]
     assert name() == same and len({same, *others}) == 1 + len(others)

@@ -5,14 +5,23 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from edge.mapping.relevance import RelevanceConfig
+from edge.missions.exploration import ExplorationConfig
+from edge.perception.detection import DetectorConfig
 from edge.perception.encoder import Encoder
+from edge.robot import RobotConfig
 from firmware_sim.home import load_home
 from firmware_sim.house import House
 from models.manifest import DEFAULT
+from tools.eval.objectnav.actions import ActorConfig
+from tools.eval.objectnav.agent import AgentConfig
 from tools.eval.objectnav.episode import Episode, explore
 from tools.eval.objectnav.goal_region import CLEARANCE, GoalRegion
 from tools.eval.objectnav.planners import Planner
 from tools.eval.tour import nouns
+
+# What of the robot and the protocol may change from one release to the next, as it is in this one.
+SETTINGS = repr((AgentConfig(), ActorConfig(), ExplorationConfig(), DetectorConfig(), RelevanceConfig(), RobotConfig()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +40,7 @@ class Plan:
     encoder: str = DEFAULT  # a model's name, or "oracle"
     objects: int | None = 1  # a home, drawn by lot; None: all
     seed: int = 0  # of every source of noise
+    settings: str = SETTINGS  # kept results are of these, and count for no others
 
     def run(self, home: str) -> HomeResult:
         """Each planner seeks each object from the home's dock, in a world of its own."""
