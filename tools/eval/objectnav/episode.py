@@ -49,8 +49,9 @@ class Run:
     def __init__(self, home: str, noun: str, planner: Planner, encoder, seed: int):
         """``encoder``: one that is loaded, or None for the oracle."""
         # By home, or the same wheel would be the worn one in all of them; and the random planner choose alike.
-        noise, draw = (crc32(f"{seed} {what}".encode()) for what in (home, f"{home} {noun}"))
-        self.world = World(load_home(home), noise, WorldConfig(scan_period=SCANS))
+        house = load_home(home)
+        noise, draw = (crc32(f"{seed} {what}".encode()) for what in (house.name, f"{house.name} {noun}"))
+        self.world = World(house, noise, WorldConfig(scan_period=SCANS))
         encoder = encoder or OracleEncoder(self.world)
         memory = Vlpg.open(":memory:", encoder.name, encoder.digest, encoder.dim)
         self.robot = Robot(encoder, memory, self.world.config.camera_model, FORGETFUL)
