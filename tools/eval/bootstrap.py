@@ -20,7 +20,17 @@ def interval(values, homes, seed: int = 0) -> tuple[float, float]:
     if group.max() == 0:
         group = np.arange(len(values))
     sums, counts = np.bincount(group, values), np.bincount(group)
-    drawn = np.random.default_rng(seed).integers(len(sums), size=(RESAMPLES, len(sums)))
-    means = sums[drawn].sum(1) / counts[drawn].sum(1)
-    low, high = np.quantile(means, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
+    times = resampled(len(sums), seed)
+    return middle((times @ sums) / (times @ counts))
+
+
+def resampled(count: int, seed: int = 0) -> np.ndarray:
+    """How often each of ``count`` homes is in each resample: ``(RESAMPLES, count)``."""
+    drawn = np.random.default_rng(seed).integers(count, size=(RESAMPLES, count))
+    return np.stack([np.bincount(homes, minlength=count) for homes in drawn])
+
+
+def middle(values) -> tuple[float, float]:
+    """The ends of what ``LEVEL`` of the ``values`` lie between."""
+    low, high = np.quantile(values, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
     return float(low), float(high)

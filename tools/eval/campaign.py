@@ -3,6 +3,7 @@
 import json
 import random
 from dataclasses import dataclass, fields
+from math import nan
 from pathlib import Path
 
 from edge.bench import vlmaps
@@ -76,7 +77,10 @@ def chosen(tour: Tour, plan: Plan) -> list[str]:
 def read(file: Path) -> list[HomeResult]:
     """What ``spread.write`` wrote of these. Raises OSError, or ValueError when the file holds something else."""
     try:
-        return [_result(raw) for raw in json.loads(file.read_text())]
+        homes = json.loads(file.read_text())["homes"]
+        for raw in homes:
+            raw["episodes"] = [{key: nan if v is None else v for key, v in e.items()} for e in raw["episodes"]]
+        return [_result(raw) for raw in homes]
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{file} does not hold the episodes of an evaluation ({error})") from None
 

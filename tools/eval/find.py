@@ -12,7 +12,7 @@ from tools.eval.options import add_options, check, results, some_of
 from tools.eval.reliability import claims_of
 from tools.eval.reliability import show as reliability
 from tools.eval.spread import write
-from tools.eval.table import name_of, show, write_csv
+from tools.eval.table import name_of, rows, show, write_csv
 from tools.eval.truth import TRUTHS
 
 
@@ -80,7 +80,7 @@ def main(arguments: list[str] | None = None) -> None:
     if claims:
         print(f"\nhow far vlpg-nav's confidence can be believed\n{reliability(claims)}")
     if options.json:
-        write(found, options.json)
+        write(found, rows(episodes), options.json)
     if options.csv:
         write_csv(episodes, options.csv)
     if options.picture:

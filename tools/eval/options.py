@@ -25,8 +25,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="homes at a time (default: one a core)")
     parser.add_argument("--ray", metavar="ADDRESS", help="run the homes on the Ray cluster there (extra `cluster`)")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="keep each home's result there, and go on from it")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write all episodes there")
-    parser.add_argument("--csv", type=Path, metavar="FILE", help="the same as a table")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the table and all episodes there")
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the episodes there, a line each")
 
 
 def check(parser: argparse.ArgumentParser, options) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, replace
 from hashlib import sha256
+from math import isfinite
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Protocol
@@ -92,9 +93,18 @@ def load(file: Path, plan: Plan):
     return plan.read(json.loads(file.read_text()))
 
 
-def write(results: list, file: Path) -> None:
-    """All results in one file."""
-    file.write_text(json.dumps([asdict(result) for result in results], indent=1))
+def write(results: list, rows: list, file: Path) -> None:
+    """The table's ``rows`` and all results in one file; what is not finite is null, as JSON has no word for it."""
+    found = {"table": [asdict(row) for row in rows], "homes": [asdict(result) for result in results]}
+    file.write_text(json.dumps(_finite(found), indent=1, allow_nan=False) + "\n")
+
+
+def _finite(value):
+    if isinstance(value, dict):
+        return {key: _finite(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not isfinite(value) else value
 
 
 def _file(home: str, plan: Plan) -> str:

@@ -81,7 +81,7 @@ def test_the_command_reads_draws_and_writes(told, tmp_path, capsys):
     model = tmp_path / "model"
     (model / "manifest.json").write_text(confidence.resolve().joinpath("manifest.json").read_text())
     result = HomeResult("a", HomeMapped(True, 1.0, 1.0, 1.0, 1), 1, 1, told)
-    write([result], tmp_path / "e.json")
+    write([result], [], tmp_path / "e.json")
     confidence.main([str(tmp_path / "e.json"), "--picture", str(tmp_path / "r.png"), "--write", str(model)])
     assert "400 claims" in capsys.readouterr().out
     assert (tmp_path / "r.png").read_bytes().startswith(b"\x89PNG")

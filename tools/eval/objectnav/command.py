@@ -1,6 +1,7 @@
 """``vlpg eval objectnav``: find things in homes never seen before, by discrete actions, and count as [U] does."""
 
 import argparse
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -55,6 +56,8 @@ def main(arguments: list[str] | None = None) -> None:
     check(parser, options)
     if options.figure and options.encoder == "oracle":
         parser.error("the oracle knows words, not wordings; name a model with --encoder")
+    if options.figure and (options.out or options.csv or options.ray):
+        parser.error("--figure is quick and has no episodes: leave out --out, --csv and --ray")
     try:
         planners = planners_of(options)
     except ValueError as error:
@@ -71,9 +74,9 @@ def main(arguments: list[str] | None = None) -> None:
     episodes = [episode for result in found for episode in result.episodes]
     print(f"{options.encoder} encoder, {len(found)} homes, seed {options.seed}\n{table.show(episodes)}")
     if options.table == 1 and not options.sweep:
-        print(table.show_spread(episodes, ("VLFM, prompt", "I-FBE2, prompts")))
+        print(table.show_spread(episodes))
     if options.json:
-        write(found, options.json)
+        write(found, table.rows(episodes), options.json)
     if options.csv:
         write_csv(episodes, options.csv, Episode)
     if options.picture:
@@ -81,12 +84,18 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _figure(options) -> None:
-    from tools.eval.objectnav.quantiles import draw, similarities, straightness
+    from tools.eval.objectnav.quantiles import draw, normal_straightness, similarities, straightness
     from tools.eval.options import homes_named
 
     spreads = similarities(homes_named(options.homes), options.encoder, options.objects, options.seed)
-    for prompts, values in spreads.items():
-        print(f"{prompts:3d} prompts: correlation with normal quantiles {straightness(values):.4f}")
+    found = {count: (straightness(values), normal_straightness(count)) for count, values in spreads.items()}
+    for count, (ours, normal) in found.items():
+        print(
+            f"{count:3d} prompts: correlation with normal quantiles {ours:.3f}; of samples that are normal {normal:.3f}"
+        )
+    if options.json:
+        figure = [{"prompts": count, "correlation": ours, "normal": normal} for count, (ours, normal) in found.items()]
+        options.json.write_text(json.dumps(figure, indent=1) + "\n")
     if options.picture:
         draw(spreads, options.picture)
 

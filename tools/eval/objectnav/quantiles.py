@@ -73,6 +73,11 @@ def straightness(values: np.ndarray) -> float:
     return float(np.mean([np.corrcoef(row, expected)[0, 1] for row in values]))
 
 
+def normal_straightness(count: int) -> float:
+    """``straightness`` of samples that are normal: less than 1 when they are small."""
+    return straightness(np.sort(np.random.default_rng(0).standard_normal((2000, count))))
+
+
 def draw(spreads: dict[int, np.ndarray], path: Path) -> None:
     """A panel for each number of prompts; median and the middle 90 % of pictures."""
     from matplotlib.figure import Figure

@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
+from tools.eval.bootstrap import middle, resampled
 from tools.eval.objectnav.episode import Episode
 from tools.eval.table import Figure
 
-INFORMED, BLIND = ("I-FBE1", "I-FBE2"), ("closest", "random")
-OTHER = "VLFM"
+INFORMED = "I-FBE1", "I-FBE2"
+BASELINES = "closest", "random", "VLFM"  # the last also with each of its prompts
+SINGLE, ENSEMBLES = "VLFM, prompt", "I-FBE2, prompts"  # how the names begin in Table I
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,30 +67,53 @@ def show(episodes: list[Episode]) -> str:
     for row in table:
         if row.causes:
             lines.append(f"{row.planner} failed: " + "; ".join(f"{n} {cause}" for cause, n in row.causes.items()))
-    names = {row.planner for row in table}
-    for one in INFORMED:
-        for other in (*BLIND, OTHER):
-            if {one, other} <= names:
-                success, spl = margin(episodes, one, other)
-                more = f"{success.show('{:+.3f}')} more SR and {spl.show('{:+.3f}')} more SPL"
-                lines.append(f"{one} has {more} than {other}, on the same questions")
+    names = [row.planner for row in table]
+    for one in filter(names.__contains__, INFORMED):
+        for other in (name for name in names if name.startswith(BASELINES)):
+            success, spl = margin(episodes, one, other)
+            more = f"{success.show('{:+.3f}')} more SR and {spl.show('{:+.3f}')} more SPL"
+            lines.append(f"{one} has {more} than {other}, on the same questions")
     lines.append("In brackets: 95 % intervals over resampled homes.")
     return "\n".join(lines)
 
 
-def spread(episodes: list[Episode], kind: str) -> tuple[float, float, float]:
-    """Least, greatest and standard deviation of SR over the planners whose name begins with ``kind``."""
-    rates = [row.success.mean for row in rows(episodes) if row.planner.startswith(kind)]
-    return min(rates), max(rates), float(np.std(rates))
+def spread(episodes: list[Episode], homes) -> tuple[dict[str, np.ndarray], Figure]:
+    """How much SR depends on the words, for single prompts and for ensembles: [U] Table I's point.
+
+    Returns the SR of each of ``SINGLE`` and ``ENSEMBLES``, and by how much its standard deviation over the single
+    prompts is larger, over resampled ``homes``.
+    """
+    counts = {kind: _counts(episodes, kind, homes) for kind in (SINGLE, ENSEMBLES)}
+
+    def rates(kind, times):
+        right, asked = counts[kind] @ times
+        return right / asked
+
+    def more(times):
+        return float(rates(SINGLE, times).std() - rates(ENSEMBLES, times).std())
+
+    once, drawn = np.ones(len(homes)), resampled(len(homes))
+    return {kind: rates(kind, once) for kind in counts}, Figure(more(once), *middle([more(times) for times in drawn]))
 
 
-def show_spread(episodes: list[Episode], kinds: tuple[str, ...]) -> str:
-    """How much SR depends on the words, for the single-prompt planner and for ensembles: [U] Table I's point."""
-    lines = []
-    for kind in kinds:
-        low, high, deviation = spread(episodes, kind)
-        lines.append(f"SR of {kind}…: {low:.2f} to {high:.2f}, standard deviation {deviation:.3f}")
-    return "\n".join(lines)
+def _counts(episodes: list[Episode], kind: str, homes) -> np.ndarray:
+    """``(2, planners, homes)``: how often the planners whose name begins with ``kind`` were right, and were asked."""
+    groups = [mine for name, mine in _by_planner(episodes).items() if name.startswith(kind)]
+    place, counts = {home: column for column, home in enumerate(homes)}, np.zeros((2, len(groups), len(homes)))
+    for row, mine in enumerate(groups):
+        for episode in mine:
+            counts[:, row, place[episode.home]] += episode.success, 1
+    return counts
+
+
+def show_spread(episodes: list[Episode]) -> str:
+    """``spread`` as text."""
+    rates, more = spread(episodes, sorted({e.home for e in episodes}))
+    lines = [
+        f"SR of {kind}…: {found.min():.2f} to {found.max():.2f}, standard deviation {found.std():.3f}"
+        for kind, found in rates.items()
+    ]
+    return "\n".join([*lines, f"by {more.show('{:+.3f}')} larger with a single prompt"])
 
 
 def draw(episodes: list[Episode], path: Path) -> None:

@@ -77,6 +77,7 @@ def test_the_command_prints_a_table(home, tmp_path, capsys):
         (["--objects", "0"], "at least 1"),
         (["--figure", "qq", "--encoder", "oracle"], "oracle"),
         (["--figure", "qq", "--sweep", "beta"], "not allowed"),
+        (["--figure", "qq", "--csv", "a.csv"], "leave out"),
     ],
 )
 def test_a_mistake_is_told_in_a_sentence(arguments, words, capsys):
