@@ -16,6 +16,8 @@ class DepthViewConfig:
     min_height: float = 0.10  # m; lower things are driven over or are floor noise ([U] Sec. IV)
     max_height: float = 1.00  # m, the robot's height ([U] Sec. IV)
     max_range: float = 4.5  # m; beyond, the noise of depth cameras exceeds a cell
+    drop: float = 0.15  # m below the floor: less than a stair, more than a carpet's edge or a base that nods by 2 deg
+    drop_range: float = 2.5  # m, within which that can be told
     column_step: int = 2  # px; 0.6 deg at the centre, 4 cm at 4 m
     row_step: int = 3  # px; 6 cm at 4 m
 
@@ -29,6 +31,7 @@ class _Rays:
     rise: np.ndarray  # (R, 1) m of height gained for each metre of depth
     left: np.ndarray  # (C,) m to the left for each metre of depth
     low: np.ndarray  # (R, 1) depth [m] where a ray is down at min_height; inf for rays that never are
+    floor: np.ndarray  # (R, 1) depth [m] where it meets the floor; inf beyond drop_range
 
 
 @lru_cache(maxsize=4)
@@ -41,14 +44,16 @@ def _rays(camera: CameraModel, config: DepthViewConfig) -> _Rays:
     left = ((u0 - np.arange(camera.width)[columns]) / camera.focal).astype(np.float32)
     drop = camera.mount_height - config.min_height
     low = np.where(rise < 0, drop / np.maximum(-rise, 1e-6), np.inf).astype(np.float32)
-    return _Rays(rows, columns, rise[:, None], left, low[:, None])
+    floor = np.where(rise < 0, camera.mount_height / np.maximum(-rise, 1e-6), np.inf).astype(np.float32)
+    floor[floor > config.drop_range] = np.inf
+    return _Rays(rows, columns, rise[:, None], left, low[:, None], floor[:, None])
 
 
 @dataclass(frozen=True)
 class DepthView:
     """Ground plan of one depth image in base_link."""
 
-    obstacles: np.ndarray  # (N, 2) m, points of obstacles
+    obstacles: np.ndarray  # (N, 2) m, points of obstacles, and of floor that is not there: stairs down
     clear_from: np.ndarray  # (M, 2) m, start of a stretch of clear ground ...
     clear_to: np.ndarray  # (M, 2) m, ... and its end, one for each image column that shows any
 
@@ -72,9 +77,12 @@ class DepthView:
         d = np.where((d >= camera.min_depth) & np.isfinite(d), d, np.float32(0))
         height = camera.mount_height + d * rays.rise
         obstacle = (d > 0) & (d <= reach) & (height > config.min_height) & (height < config.max_height)
+        missing = (d > 0) & (height < -config.drop) & np.isfinite(rays.floor)
 
         passes = cv2.dilate(d, np.ones((3, 1), np.uint8)) >= rays.low
         hidden = np.where(passes, np.inf, rays.low).min(axis=0)
+        d = np.where(missing, rays.floor, d)
+        obstacle |= missing
         first = np.where(obstacle, d, np.inf).min(axis=0) - margin
         end = np.minimum(np.minimum(first, hidden), reach)
         start = rays.low[-1, 0]

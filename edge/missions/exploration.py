@@ -15,6 +15,7 @@ from edge.perception.detection import Detector, DetectorConfig
 from edge.perception.encoder import View
 from edge.perception.prompts import Target
 from edge.planning.frontier_choice import Acquisition, ChoiceConfig, FrontierChoice
+from edge.pose import between
 from edge.robot import Robot
 
 
@@ -26,6 +27,8 @@ class ExplorationConfig:
     noticed: float = 0.75  # two-prompt score of a picture taken on the way that is worth a closer look
     certain: float = 0.9  # that score in a close look from near
     refuted: float = 1.0  # m around a place that was looked at closely in vain
+    moved: float = 0.10  # m, or
+    turned: float = np.radians(6.0)  # rad, before another picture tells something new: noise is not what errs most
     choice: ChoiceConfig = field(default_factory=ChoiceConfig)
 
 
@@ -62,6 +65,7 @@ class Exploration:
         self._most, self._alike = 0.0, None  # the highest score of a picture, and the Surface that had it
         self._closely = Detector(robot.encoder, DetectorConfig(min_score=self.config.certain))
         self._refuted: list[np.ndarray] = []  # (2,) m, what resembled the target only from afar
+        self._looked = np.array([1e9, 1e9, 0.0])  # pose of the last picture that the relevance map took in
 
     def take_in(self) -> None:
         """Heed the robot's newest picture, if there is one: what it promises, and whether it shows the object."""
@@ -69,7 +73,10 @@ class Exploration:
         if frame is None or robot.localizer.lost:  # a lost robot knows not what place it looks at
             return
         view, pose = robot.view(), robot.in_map(frame.odom)
-        self.relevance.integrate(pose, frame.depth, self.promise(view), robot.camera, robot.grid)
+        x, y, turned = between(self._looked, pose)
+        if np.hypot(x, y) >= self.config.moved or abs(turned) >= self.config.turned:
+            self._looked = pose
+            self.relevance.integrate(pose, frame.depth, self.promise(view), robot.camera, robot.grid)
         height, width = frame.depth.shape
         score = self._detector.score(view, self.target)
         if score < min(self.config.noticed, self._most):

@@ -35,6 +35,8 @@ def standpoint(
     """
     place, robot = np.asarray(place, float), np.asarray(robot, float)[:2]
     step = max(1, round(config.spacing / frame.resolution))
+    if not reachable[::step, ::step].any():  # a strip of ground may lie between the places compared
+        step = 1
     rows, cols = np.nonzero(reachable[::step, ::step])
     stands = frame.to_world(rows * step, cols * step)
     away = np.hypot(*(stands - place).T)

@@ -66,6 +66,18 @@ def test_missing_pixels_are_survived(depth_of):
         assert len(blank.obstacles) == 0 and len(blank.clear_to) == 0
 
 
+@pytest.mark.parametrize(
+    "below", [(1.9, -9, -9, 9, 9, -0.3), (4.0, -9, -9, 4.2, 9, 3)], ids=["a lower floor", "the wall beyond the stairs"]
+)
+def test_where_the_floor_ends_is_an_obstacle(depth_of, below):
+    edge, landing = 1.9, (-1, -3, -0.2, 1.9, 3, 0)
+    view = read(depth_of(STAND, [landing, below], CAMERA, floor=False))
+    assert view.obstacles[:, 0].min() == pytest.approx(edge, abs=0.15)
+    assert ahead(view)[1] + CAMERA.ahead < edge + 0.1
+    flat = read(depth_of(STAND, [], CAMERA) * np.float32(1.05))  # a camera that errs, or a base that nods, by little
+    assert len(flat.obstacles) == 0
+
+
 def test_an_image_of_another_size_says_what_to_set():
     with pytest.raises(ValueError, match="camera_info"):
         read(np.zeros((100, 100), np.float32))

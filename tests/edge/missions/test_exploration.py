@@ -6,7 +6,7 @@ import pytest
 from edge.localization.localizer import Localizer, LocalizerConfig
 from edge.mapping.object_goal import ObjectGoal, Surface
 from edge.missions.exploration import Candidate, Exploration
-from edge.observation import STOP
+from edge.observation import STOP, Twist
 from edge.perception.prompts import Target, ensemble
 from edge.pose import between
 from firmware_sim.house import House
@@ -38,6 +38,19 @@ def test_what_is_in_view_becomes_the_goal():
     world, robot, exploration = explorer(start=TO_COUCH)
     assert exploration.goal.is_at(place_of(world, "couch-1", TO_COUCH))
     assert exploration.relevance.around(exploration.goal.centroid, 0.3)[0] > 0.8
+
+
+def test_pictures_from_one_place_count_once():
+    world, robot, exploration = explorer(start=TO_COUCH)
+    once = exploration.relevance.variance.copy()
+    for _ in range(5):
+        robot.perceive(world.step(None))
+        exploration.take_in()
+    assert exploration.relevance.variance == pytest.approx(once)
+    while robot.pose[2] < np.radians(8):
+        robot.perceive(world.step(Twist(0.0, 0.8)))
+        exploration.take_in()
+    assert exploration.relevance.variance.min() < 0.9 * once.min()
 
 
 def test_a_close_look_confirms_it():

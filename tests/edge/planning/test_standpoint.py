@@ -47,6 +47,13 @@ def test_who_stands_too_near_steps_back():
     assert 1.3 < np.hypot(*(found - [0.5, 0.0])) <= 1.8
 
 
+def test_a_strip_of_ground_between_the_places_compared_is_ground():
+    occupied, reachable = room()
+    strip = np.zeros_like(reachable)
+    strip[81, 101:140] = reachable[81, 101:140]
+    assert standpoint((3.0, 0.0), (-2.0, 0.0), 1.8, strip, occupied, FRAME) is not None
+
+
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_screen_before_the_place_is_walked_around(side):
     boxes = [(1.8, -0.8 * (side < 0) - 0.3, 1.9, 0.8 * (side > 0) + 0.3)]

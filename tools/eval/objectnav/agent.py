@@ -43,6 +43,7 @@ class Agent:
         self.ending: Ending = ""
         self.actions = 0
         self.path: np.ndarray | None = None  # (K, 2) m, to where it goes now
+        self.aim: ObjectGoal | None = None  # what it takes for the object, in the end
         self._story = self._explore()
 
     def act(self, observation: Observation) -> Action:
@@ -104,6 +105,7 @@ class Agent:
             if not arrived:
                 yield action
             elif confirmed:
+                self.aim = goal
                 yield self._end("found")
             elif abs(bearing) > TURN / 2:
                 yield self._turn(bearing)
@@ -144,6 +146,7 @@ class Agent:
             else:
                 action = self.toward(stand, 0.0)
             if action is None or (stand is None and distance <= self.config.stop):
+                self.aim = goal
                 yield self._end("guessed")
             yield action
         yield self._end("explored")

@@ -91,6 +91,10 @@ class Run:
         """True ``places (N, 2)`` [m] of the house, in the frame that the robot's map began with."""
         return transform(between(self.world.house.start, np.zeros(3)), places)
 
+    def in_house(self, place) -> np.ndarray:
+        """A ``place (2,)`` [m] of the map, in the house."""
+        return transform(self.world.house.start, np.asarray(place)[None])[0]
+
     @property
     def done(self) -> bool:
         return bool(self.agent.ending)
@@ -116,7 +120,7 @@ def explore(home: str, name: str, noun: str, planner: Planner, encoder, seed: in
         ending=run.agent.ending,
         success=success,
         spl=shortest / max(shortest, length) if success else 0.0,
-        cause="" if success else _cause(run, distance),
+        cause="" if success else _cause(run, region),
         actions=run.agent.actions,
         length=length,
         shortest=shortest,
@@ -128,11 +132,12 @@ def explore(home: str, name: str, noun: str, planner: Planner, encoder, seed: in
 
 
 LAST = 50  # actions; a robot that bumped in a third of its last ones was caught
+AIMED = 0.5  # m from the object's outline; a robot that aimed there meant it
 
 
-def _cause(run: Run, distance: float) -> str:
-    ending, actions = run.agent.ending, run.agent.actions
-    if ending in ("found", "guessed") and distance <= 2 * CLEARANCE:
+def _cause(run: Run, region: GoalRegion) -> str:
+    ending, actions, aim = run.agent.ending, run.agent.actions, run.agent.aim
+    if aim is not None and region.shows(run.in_house(aim.nearest(run.robot.pose)), AIMED):
         return "stopped short"
     if ending == "found":
         return "false positive"

@@ -29,6 +29,12 @@ class GoalRegion:
         place = np.asarray(position, float)[None]
         return min((float(self._away(thing, place)[0]) for thing in self._instances), default=np.inf)
 
+    def shows(self, place, slack: float) -> bool:
+        """Whether ``place (2,)`` lies within ``slack`` [m] of an instance's outline, or on it."""
+        outlines = (thing.footprint.astype(np.float32) for thing in self._instances)
+        x, y = (float(value) for value in place)
+        return any(cv2.pointPolygonTest(outline, (x, y), True) >= -slack for outline in outlines)
+
     def shortest_path(self, start) -> float:
         """Length [m] of the shortest way from ``start (2,)`` to the region; infinite when there is none."""
         frame, free = self._space.frame, self._space.reachable(ROBOT_RADIUS, start[:2])

@@ -2,10 +2,12 @@
 
 import pytest
 
+from edge.mapping.object_goal import ObjectGoal, Surface
 from tools.eval.objectnav import command, overlay
 from tools.eval.objectnav.agent import AgentConfig
 from tools.eval.objectnav.campaign import Plan, chosen
-from tools.eval.objectnav.episode import Run, explore
+from tools.eval.objectnav.episode import Run, _cause, explore
+from tools.eval.objectnav.goal_region import GoalRegion
 from tools.eval.objectnav.planners import PLANNERS
 from tools.eval.spread import load, run_homes
 
@@ -34,6 +36,14 @@ def test_out_of_actions_is_no_success(home):
     while not run.done:
         run.step()
     assert run.agent.ending == "out of actions" and run.agent.actions == 5
+
+
+@pytest.mark.parametrize(("thing", "cause"), [("teddy-1", "stopped short"), ("couch-1", "false positive")])
+def test_why_a_claim_is_wrong_depends_on_what_was_meant(home, thing, cause):
+    run = Run(home, "teddy bear", PLANNERS["closest"], None, 0)
+    run.agent.ending = "found"
+    run.agent.aim = ObjectGoal(Surface(run.in_map([run.world.house.objects[thing].footprint.mean(axis=0)]), False))
+    assert _cause(run, GoalRegion(run.world.house, "teddy bear")) == cause
 
 
 def test_what_is_not_there_is_a_false_claim_or_none(home):

@@ -21,6 +21,14 @@ def test_distance_is_to_the_outline_in_line_of_sight():
     assert region.distance([left - 3.5, 0.4]) == np.inf  # far away, and beyond the wall
 
 
+def test_whose_place_it_is():
+    region, outline = GoalRegion(HOUSE, "dustbin"), HOUSE.objects["dustbin-1"].footprint
+    assert region.shows(outline.mean(axis=0), 0.0)
+    assert region.shows([outline[:, 0].min() - 0.4, 0.4], 0.5) and not region.shows(
+        [outline[:, 0].min() - 0.6, 0.4], 0.5
+    )
+
+
 def test_what_a_door_jamb_leaves_to_see_counts(monkeypatch):
     region = GoalRegion(HOUSE, "dustbin")
     place = np.array([HOUSE.objects["dustbin-1"].footprint[:, 0].min() - 0.5, 0.4])
