@@ -22,6 +22,8 @@ from edge.perception.encoder import View
 from edge.perception.movers import MoverTracker
 from edge.pose import between
 
+DRIVING = 0.03  # m/s; what is measured of a robot that stands is less
+
 
 @dataclass(frozen=True)
 class RobotConfig:
@@ -72,6 +74,7 @@ class Robot:
         if scan is not None and self.localizer.lost and self._find_itself(scan):
             pose = self.pose = self.localizer.pose(observation.odom)
         self.distance += float(np.hypot(*(pose[:2] - self.pose[:2])))
+        ahead = max(self.twist[0], observation.twist[0]) > DRIVING  # else it is not the front that touches
         self.stamp, self.pose = observation.stamp, pose
         self.twist, self.bumper = observation.twist, observation.bumper
         if scan is not None:
@@ -80,8 +83,9 @@ class Robot:
             if self.localizer.fits or self.grid.unknown.all():
                 self.grid.integrate_scan(self.in_map(scan.odom), scan)
                 self._placed = True
-        if observation.bumper and not self.localizer.lost and not self.movers.touch(pose, self.config.radius):
-            self.grid.integrate_contact(pose, self.config.radius)
+        if observation.bumper and ahead and not self.localizer.lost:
+            if not self.movers.touch(pose, self.config.radius):
+                self.grid.integrate_contact(pose, self.config.radius)
         self.coverage.follow(self.grid.frame)
         self.frame, self._view = observation.frame, None
         if self.frame is not None and self._placed and self.localizer.sure:

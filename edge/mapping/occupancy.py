@@ -1,7 +1,6 @@
 """The occupancy grid: what the lidar and the depth camera say about each 5 cm of floor."""
 
 from dataclasses import dataclass, field
-from math import ceil
 
 import cv2
 import numpy as np
@@ -12,7 +11,7 @@ from edge.mapping.depth_view import DepthView, DepthViewConfig
 from edge.mapping.grid import GridFrame
 from edge.mapping.log_odds import LogOddsConfig
 from edge.mapping.rays import draw_rays, fill_fan
-from edge.mapping.warp import sources, warped
+from edge.mapping.warp import carried, sources, warped
 from edge.observation import LaserScan
 from edge.pose import transform
 
@@ -31,6 +30,7 @@ class OccupancyConfig:
     min_range: float = 0.10  # m; nearer lidar returns are the robot itself
     min_pixels: int = 2  # sampled depth pixels in a cell that make a hit; fewer are edge artefacts
     bumper_width: float = 0.9  # rad, arc in front of the robot that one contact blocks
+    spare: int = 8  # cells around what a map that moves is expected to need: it may bend a little
     body_radius: float = 0.13  # m; inside the robot (0.18 m) less a cell, the ground under it is free
 
 
@@ -143,6 +143,11 @@ class OccupancyGrid:
         self._contact[window][row, col] = 1
         self._cache.clear()
 
+    def forget_contacts(self) -> None:
+        """Whatever the bumper has met may have been taken away; it would block its place for ever."""
+        self._contact[:] = 0
+        self._cache.clear()
+
     @property
     def occupied(self) -> np.ndarray:
         """Cells with an obstacle, bool ``(H, W)``, read-only."""
@@ -184,12 +189,14 @@ class OccupancyGrid:
         grid = OccupancyGrid(self.resolution, self.config)
         grid._corner = self._corner
         grid._lidar, grid._depth, grid._contact = self._lidar, self._depth, self._contact
-        rows, cols = (np.flatnonzero(~self.unknown.all(axis)) for axis in (1, 0))
-        if len(rows):
-            reach = ceil(np.abs(after - before)[:, :2].max(initial=0.0) / self.resolution) + 2
-            grid._grow(
-                self._corner + (rows[0] - reach, cols[0] - reach), self._corner + (rows[-1] + reach, cols[-1] + reach)
-            )
+        known = np.argwhere(~self.unknown)
+        if len(known):
+            # A node that turns takes what is far from it further than itself.
+            hull = cv2.convexHull(known.astype(np.int32))[:, 0]
+            there = self.frame.to_cell(carried(self.frame.to_world(*hull.T), before, after))
+            there = np.concatenate([hull, np.stack(there, axis=-1)])
+            spare = self.config.spare
+            grid._grow(self._corner + there.min(0) - spare, self._corner + there.max(0) + spare)
         column, row = sources(grid.frame, before, after)
         layers = grid._lidar, grid._depth, grid._contact
         grid._lidar, grid._depth, grid._contact = (warped(layer, column, row) for layer in layers)

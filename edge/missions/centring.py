@@ -22,7 +22,7 @@ from edge.robot import Robot
 class CentringConfig:
     """When the approach ends."""
 
-    patience: float = 2.0  # s without the object in a picture, after which it is lost
+    patience: float = 2.0  # s that it is looked for in vain, after which it is lost
     wide: float = 0.35  # of the picture's width; what was wider is looked for in the whole picture, else in a window
     replan_every: float = 1.0  # s
     standoff: float = 1.5  # m from the object's place to the nearest floor that the way there may end at
@@ -49,7 +49,7 @@ def centre(robot: Robot, detector: Detector, sought: Target, first: Sighting, co
             seen = sight(robot, detector, sought, [_view(robot, (target.u, row), last.detection, config)])
         if seen is not None:
             last = seen
-        elif robot.stamp - last.stamp > config.patience:
+        elif robot.stamp - max(last.stamp, started) > config.patience:
             return None
         u, row = tracker.update(robot.stamp, seen and seen.detection.centre) or (target.u, row)
         target = ImageTarget(u, target.depth if seen is None else seen.depth)

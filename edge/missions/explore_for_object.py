@@ -56,17 +56,23 @@ class ExploreForObject(Search):
         return self.ended("found", self.best)
 
     def watching(self, action: Story) -> Story:
-        """Do that, and heed every picture meanwhile; whether it led to a claim that is sure."""
+        """Do that, and heed every picture meanwhile; whether it led to a claim that is sure.
+
+        After a false alarm the robot stands elsewhere: the rest of what it was about to do is left.
+        """
         for twist in action:
             yield twist
             self.exploration.take_in()
-            while self.exploration.goal is not None:
+            if self.exploration.goal is None:
+                continue
+            while self.exploration.goal is not None and self.elapsed < self.config.enough:
                 claim = yield from self.reach()
                 if claim is not None and (self.best is None or claim.confidence > self.best.confidence):
                     self.best = claim
                 if claim is not None and claim.confidence >= self.config.sure:
                     return True
                 self.exploration.refute()
+            return False
         return False
 
     def visit(self, frontier: Frontier) -> Story:

@@ -114,7 +114,7 @@ class FindObject(Search):
         robot = self.robot
         search = LocalSearch(
             *self._remembered,
-            robot.pose,
+            hypothesis.pose,
             self.places[hypothesis.members],
             self._scores[hypothesis.members],
             robot.camera,
@@ -123,7 +123,7 @@ class FindObject(Search):
         for pose in self.spotter.in_vain:
             search.observed(pose)
         given_up = []
-        while True:
+        while self.elapsed < self.config.enough:
             grid = robot.grid
             ground = reachable(grid, robot.pose, robot.config.radius)
             for place in given_up:
@@ -139,6 +139,7 @@ class FindObject(Search):
                 return sighting
             search.notice(robot.grid.occupied, robot.grid.frame)
             search.observed(self.spotter.in_vain[-1])
+        return None
 
     def ended(self, status: Status, claim: Claim | None = None) -> Outcome:
         outcome = super().ended(status, claim)

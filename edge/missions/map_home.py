@@ -27,7 +27,7 @@ class MapHomeConfig:
 class HomeMapped:
     """How a tour ended."""
 
-    complete: bool  # False when time ran out, the robot is lost, or no picture came
+    complete: bool  # all was looked at that it could get to; False: time ran out, it is lost, or no picture came
     duration: float  # s
     distance: float  # m
     area: float  # m2 of free floor
@@ -49,6 +49,7 @@ class MapHome(Mission):
     def story(self) -> Story:
         robot, started, driven = self.robot, self.robot.stamp, self.robot.distance
         robot.coverage.forget()
+        robot.grid.forget_contacts()
         robot.memory.begin_tour()
         complete = False
         if (yield from locate(robot)):
@@ -57,7 +58,7 @@ class MapHome(Mission):
         return HomeMapped(bool(complete), duration, distance, robot.grid.area, len(robot.memory))
 
     def tour(self) -> Story:
-        """Look around, then go from frontier to frontier; whether everything has been looked at."""
+        """Look around, then go from frontier to frontier; whether all has been looked at that there is a way to."""
         robot = self.robot
         yield from turn(robot, 2 * np.pi)
         while (frontier := self.next_frontier()) is not None:

@@ -26,6 +26,8 @@ class MotionConfig:
     margin: float = 0.07  # m kept beyond the robot's radius where the way is wide enough
     replan_every: float = 1.0  # s; the map grows while the robot drives
     progress: float = 0.10  # m; less than this in `patience` means that the robot is stuck
+    detour: float = 1.0  # m that the way gets longer when a door was shut, or a chair put in it
+    detours: int = 3  # of a drive; ways that change for ever lead nowhere
     patience: float = 6.0  # s; a full turn at the end, where the way gets no shorter, takes 5 s
     stand: float = 2.5  # s that a lost robot stands, for two looks for its place, before it turns
 
@@ -97,7 +99,7 @@ def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig
     """Drive to ``goal (2,)`` [m] and, if given, turn to ``heading`` [rad]; True when there, False when it cannot be."""
     controller = controller_for(robot)
     path, planned = None, -np.inf
-    nearest, moved = np.inf, robot.stamp
+    nearest, moved, detours = np.inf, robot.stamp, config.detours
     while True:
         if robot.localizer.lost:
             if not (yield from locate(robot)):
@@ -111,8 +113,11 @@ def drive(robot: Robot, goal, heading: float | None = None, config: MotionConfig
         if controller.arrived:
             yield STOP
             return True
-        if length(path) < nearest - config.progress:
-            nearest, moved = length(path), robot.stamp
+        way = length(path)
+        if way > nearest + config.detour and detours:
+            nearest, moved, detours = way, robot.stamp, detours - 1
+        elif way < nearest - config.progress:
+            nearest, moved = way, robot.stamp
         elif robot.movers.anybody:
             moved = robot.stamp  # it waits, or goes round
         elif robot.stamp - moved > config.patience:

@@ -41,7 +41,7 @@ class Spotter:
         self._robot, self._target = robot, target
 
     def look(self) -> Story:
-        """Look ahead, then to both sides until certain; the best ``Sighting`` that lasts, or None."""
+        """Look ahead, then to both sides until certain, and face what was seen; the best ``Sighting`` that lasts."""
         heading, best = self._robot.pose[2], None
         for side in (0.0, self.config.sweep, -self.config.sweep):
             yield from face(self._robot, heading + side)
@@ -50,6 +50,8 @@ class Spotter:
                 best = seen
             if best is not None and best.detection.score >= self.config.certain:
                 break
+        if best is not seen:
+            yield from face(self._robot, best.pose[2] + best.bearing)
         return best
 
     def stare(self) -> Story:

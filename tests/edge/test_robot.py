@@ -30,7 +30,7 @@ def make_robot():
     return Robot(encoder, Vlpg.open(":memory:", encoder.name, encoder.digest, encoder.dim)), encoder
 
 
-def observation(stamp, x=0.0, bumper=False, person=None):
+def observation(stamp, x=0.0, bumper=False, person=None, speed=0.0):
     """From a room, with a ``person`` (x, y) in it whom lidar and camera see."""
     odom = np.array([x, 0.0, 0.0])
     # A room 6 m long and 4 m wide around the odometry's origin.
@@ -50,7 +50,7 @@ def observation(stamp, x=0.0, bumper=False, person=None):
         depth[depth > camera.max_depth] = np.nan
     scan = LaserScan(stamp, ranges, -np.pi, 2 * np.pi / 360, 8.0, odom)
     frame = RgbdFrame(stamp, np.zeros((240, 320, 3), np.uint8), depth, odom)
-    return Observation(stamp, odom, np.zeros(2), scan, frame, bumper)
+    return Observation(stamp, odom, np.array([speed, 0.0]), scan, frame, bumper)
 
 
 def test_standing_still_adds_no_views_and_sharpens_no_walls():
@@ -85,8 +85,14 @@ def test_the_bumper_blocks_the_ground_in_front():
     robot.perceive(observation(0.1))
     ahead = robot.grid.frame.to_cell([robot.config.radius + 0.02, 0.0])
     assert not robot.grid.occupied[ahead]
-    robot.perceive(observation(0.2, bumper=True))
+    robot.perceive(observation(0.2, bumper=True))  # somebody touches a robot that stands
+    robot.perceive(observation(0.3, bumper=True, speed=-0.1))
+    assert not robot.grid.occupied[ahead]
+    robot.perceive(observation(0.4, speed=0.3))
+    robot.perceive(observation(0.5, bumper=True))  # it has stopped at once
     assert robot.grid.occupied[robot.grid.frame.to_cell([robot.config.radius + 0.02, 0.0])]
+    robot.grid.forget_contacts()
+    assert not robot.grid.occupied[robot.grid.frame.to_cell([robot.config.radius + 0.02, 0.0])]
 
 
 def test_a_lost_robot_does_not_know_what_ground_the_bumper_blocks():
@@ -94,7 +100,7 @@ def test_a_lost_robot_does_not_know_what_ground_the_bumper_blocks():
     robot.perceive(observation(0.1))
     before = robot.grid.to_bytes()
     robot.wake_in(robot.grid)
-    robot.perceive(replace(observation(0.2, bumper=True), scan=None, frame=None))
+    robot.perceive(replace(observation(0.2, bumper=True, speed=0.3), scan=None, frame=None))
     assert robot.localizer.lost and robot.grid.to_bytes() == before
 
 
@@ -129,7 +135,7 @@ def test_a_bump_with_a_person_does_not_block_the_ground():
     for step in range(10):
         robot.perceive(observation(0.1 * step))
     for step in range(10, 20):
-        robot.perceive(observation(0.1 * step, person=(0.46, 0.05 * (step - 15)), bumper=step > 15))
+        robot.perceive(observation(0.1 * step, person=(0.46, 0.05 * (step - 15)), bumper=step > 15, speed=0.3))
     assert not robot.grid.occupied[robot.grid.frame.to_cell([robot.config.radius + 0.02, 0.0])]
 
 

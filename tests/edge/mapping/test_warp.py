@@ -56,3 +56,16 @@ def test_a_grid_moves_with_its_layers():
         return {tuple(cell) for cell in np.round(g.frame.to_world(rows, cols), 3).tolist()}
 
     assert cells(other) == cells(moved)
+
+
+def test_walls_far_from_a_node_that_turns_are_not_cut_off():
+    grid, pose = OccupancyGrid(), np.zeros(3)
+    walls = np.full(720, 6.1, np.float32)
+    grid.integrate_scan(pose, LaserScan(0.0, walls, -np.pi, 2 * np.pi / 720, 8.0, pose))
+    shape = grid.frame.shape
+    shifted = OccupancyGrid.from_bytes(grid.to_bytes())
+    for turned in (np.radians(10), np.radians(45)):
+        before = np.array([[2.0, -2.0, 0.0]])
+        other, *_ = shifted.moved(before, before + [0.0, 0.0, turned])
+        assert other.occupied.sum() == pytest.approx(grid.occupied.sum(), rel=0.1)
+    assert other.frame.shape > shape

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from edge.mapping.object_goal import ObjectGoal, Surface
 from edge.missions.exploration import ExplorationConfig
 from edge.missions.explore_for_object import ExploreConfig, ExploreForObject
 from edge.missions.find_object import FindObject
+from edge.observation import STOP
 from edge.perception.prompts import Target
 from tests.edge.missions.conftest import make_robot, make_world
 from tools.eval.judge import judge
@@ -66,3 +68,24 @@ def test_what_is_nowhere_is_not_found_and_everything_was_looked_at():
 def test_time_runs_out():
     _, mission = explore("submarine", ExploreConfig(time_limit=5.0))
     assert mission.outcome.status == "timeout" and mission.outcome.duration < 6
+
+
+def test_after_a_false_alarm_what_it_was_about_to_do_is_left():
+    robot, steps = make_robot(make_world()), []
+    mission = ExploreForObject(robot, Target.of("teddy bear", robot.encoder))
+
+    def drive():
+        for step in range(5):
+            steps.append(step)
+            yield STOP
+
+    def alarm():
+        if len(steps) == 2:
+            mission.exploration.goal = ObjectGoal(Surface(np.array([[1.0, 0.0]]), False))
+
+    def reach():
+        yield STOP
+
+    mission.exploration.take_in, mission.reach = alarm, reach
+    assert list(mission.watching(drive())) == [STOP] * 3 and steps == [0, 1]
+    assert mission.exploration.goal is None

@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 
 from edge.mapping.occupancy import OccupancyGrid
+from edge.missions import motion
 from edge.missions.mission import Mission
 from edge.missions.motion import drive, length, turn
+from edge.observation import STOP
 from edge.pose import compose, wrap
 from firmware_sim.pedestrian import Pedestrian
 from tests.edge.missions.conftest import make_robot, make_world
@@ -104,6 +106,30 @@ def test_the_time_that_it_looks_for_its_place_is_not_held_against_the_way(known)
     robot.localizer.relocalize = lambda *given: robot.stamp - lost > 7.0 and found(*given)
     run(world, mission)
     assert mission.outcome is True and robot.stamp - lost > 7.0
+
+
+def give_up(monkeypatch, ways):
+    """When a drive is given up [s] whose way is ``ways(stamp)`` long [m]; nothing else matters here."""
+    robot = make_robot(make_world())
+    monkeypatch.setattr(motion, "route", lambda robot, goal, config: np.array([[0.0, 0.0], [ways(robot.stamp), 0.0]]))
+    monkeypatch.setattr(motion, "steer", lambda *given, **more: STOP)
+    story = drive(robot, np.zeros(2))
+    for _ in story:
+        robot.stamp += 0.1
+        if robot.stamp > 60:
+            break
+    return robot.stamp
+
+
+def test_a_way_that_turns_out_to_be_longer_is_driven(monkeypatch):
+    """A door is shut after 2 s: there is another way of 10 m, and it is driven at 0.5 m/s until something stops it."""
+    assert give_up(monkeypatch, lambda t: 4.0 - 0.5 * t if t < 2 else max(10.0 - 0.5 * t, 5.0)) == pytest.approx(
+        16, abs=2
+    )
+
+
+def test_ways_that_change_for_ever_are_given_up(monkeypatch):
+    assert give_up(monkeypatch, lambda t: 4.0 if t % 10 < 5 else 6.0) < 40
 
 
 def test_where_it_cannot_find_its_place_it_does_not_drive(known):

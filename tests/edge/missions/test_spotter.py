@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from edge.missions.centring import centre
 from edge.missions.mission import Mission
 from edge.missions.motion import drive
 from edge.missions.spotter import Spotter, SpotterConfig
@@ -75,3 +76,26 @@ def look_in_vain_from_aside(mapped):
 def test_after_a_vain_look_from_aside_it_faces_what_it_found_wherever_the_way_back_ended(mapped):
     radius, off = in_child(look_in_vain_from_aside, mapped)
     assert radius == 5.0 and abs(off) < 0.1
+
+
+class LookAround(Mission):
+    """Looks to all sides from where the couch stands to the left, and centres what it saw best."""
+
+    def story(self):
+        robot, sought = self.robot, Target.of("couch", self.robot.encoder)
+        spotter = Spotter(robot, sought, SpotterConfig(certain=1.1))  # it is never certain enough to stop there
+        yield from drive(robot, (0.0, -1.2), heading=1.2)
+        seen = yield from spotter.look()
+        off = wrap(seen.pose[2] + seen.bearing - robot.pose[2])
+        return off, (yield from centre(robot, spotter.detector, sought, seen))
+
+
+def look_around(mapped):
+    mission = LookAround(mapped.robot)
+    run(mapped.world, mission)
+    return mission.outcome
+
+
+def test_after_looking_to_all_sides_it_faces_what_it_saw_and_centres_it(mapped):
+    off, centred = in_child(look_around, mapped)
+    assert abs(off) < 0.1 and centred is not None
