@@ -16,7 +16,7 @@ from importlib.metadata import version as version_of
 from itertools import chain
 from pathlib import Path
 
-from edge.link.session import LinkError, add_link_arguments, link_config
+from edge.link.session import LinkError, add_link_arguments, key_root, link_config
 from edge.process import pss
 from models.manifest import Manifest, ModelError, resolve
 
@@ -180,7 +180,7 @@ def link(config, name: str, offload: bool) -> Iterator[Finding]:
 def main(arguments=None):
     """``python -m edge.doctor``. Exit code 1: something is bad."""
     parser = argparse.ArgumentParser(prog="vlpg doctor", description="Can this machine run the robot?")
-    parser.add_argument("--name", default="robot1", help="key root of the robot (default: %(default)s)")
+    parser.add_argument("--name", type=key_root, default="robot1", help="key root of the robot (default: %(default)s)")
     parser.add_argument("--memory", type=Path, metavar="FILE", help="also check this store")
     parser.add_argument("--model", help="name or folder of the encoder (default: the shipped one)")
     parser.add_argument("--offload", choices=["host", "never", "auto"], default="auto", help="who encodes text")

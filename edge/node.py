@@ -24,7 +24,7 @@ from edge.link.exchange import Exchange, Inbox
 from edge.link.offload import OffloadedEncoder
 from edge.link.reports import areas, cancelled_reply, find_reply, graph_reply, map_reply, tour_reply
 from edge.link.requests import RequestError
-from edge.link.session import LinkError, ToldToStop, add_link_arguments, link_config, open_session
+from edge.link.session import LinkError, ToldToStop, add_link_arguments, key_root, link_config, open_session
 from edge.link.straighten import straighten
 from edge.mapping.warp import carried
 from edge.memory.database import StoreError
@@ -44,7 +44,7 @@ class NodeConfig:
     name: str = "robot1"  # key root
     silent: float = 0.5  # s of wall time without odometry after which the robot is told to stop; five control steps
     gone: float = 2.0  # s likewise, after which it cannot begin anything; a simulation faster than time waits for 1 s
-    save_every: float = 60.0  # s of the base's clock between saves of the growing map: so much a power cut costs
+    save_every: float = 60.0  # s of the base's clock between saves: so much of what it saw a power cut costs
     step_limit: float = 0.1  # s that perception and planning may take, one control period
     path_step: float = 0.05  # m between the points of the driven path, a grid cell
 
@@ -142,8 +142,8 @@ class Node:
             self._fail(f"internal error: {error}")
             return
         self._follow()
-        if self._state == "mapping" and observation.stamp - self._saved >= self.config.save_every:
-            self._save()
+        if observation.stamp - self._saved >= self.config.save_every:
+            self._save(self._state == "mapping")
         self._steps.append(time.perf_counter() - started)
         self._late += self._steps[-1] > self.config.step_limit
 
@@ -214,12 +214,16 @@ class Node:
         self._state, self._object = "idle", ""
         self._save()
 
-    def _save(self):
-        self._saved = self.robot.stamp
+    def _save(self, whole=True):
+        """What was seen since the last time; the ``whole`` is with the map, which hardly changes once it is known."""
+        self._saved, memory = self.robot.stamp, self.robot.memory
         try:
-            self.robot.memory.save_map(self.robot.grid.to_bytes())
+            if whole:
+                memory.save_map(self.robot.grid.to_bytes())
+            else:
+                memory.flush()
         except sqlite3.Error as error:
-            self._problem = f"the map cannot be saved ({error}); is the disk full?"
+            self._problem = f"the memory cannot be saved ({error}); is the disk full?"
             log.error("%s", self._problem)
 
     def _find(self, request, exchange):
@@ -292,6 +296,8 @@ class Node:
             return "the base sends no odometry"
         if silent := self.base.silent:
             return silent
+        if self.robot.forgets:
+            return self.robot.forgets
         if self.robot.localizer.lost:
             return "it does not find its place in its map; take it where it has been, or map anew into another --memory"
         return self._blind
@@ -311,7 +317,9 @@ def _takes(camera, frame):
 def main(arguments=None):
     """``python -m edge.node``: runs the robot until SIGTERM or Ctrl-C."""
     parser = argparse.ArgumentParser(prog="vlpg robot", description="Map the home it wakes up in, then find things.")
-    parser.add_argument("--name", default=NodeConfig.name, help="key root of this robot (default: %(default)s)")
+    parser.add_argument(
+        "--name", type=key_root, default=NodeConfig.name, help="key root of this robot (default: %(default)s)"
+    )
     parser.add_argument("--memory", type=Path, default="home.vlpg", help="the home's store (default: %(default)s)")
     parser.add_argument("--wait", action="store_true", help="do not map an unknown home; wait to be asked")
     parser.add_argument("--model", help="name or folder of the encoder (default: the shipped one)")

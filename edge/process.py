@@ -23,7 +23,8 @@ def stop_event():
     """An Event that SIGTERM and SIGINT set. Only from the main thread."""
     event = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: event.set())
+        # Not in the handler: it interrupts the main thread, which may hold the event's lock as it waits for it.
+        signal.signal(number, lambda *_: threading.Thread(target=event.set).start())
     return event
 
 

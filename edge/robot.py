@@ -1,5 +1,6 @@
 """What the robot knows, and how one observation changes it: where it is, what is free, what it has seen."""
 
+import sqlite3
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -60,6 +61,7 @@ class Robot:
         self._sought = -np.inf  # s, when a lost robot last looked for its place
         self._placed = False  # whether a scan was mapped since the last picture was looked at: so may the next one be
         self._offered = np.array([1e9, 1e9, 0.0])  # pose of the last view offered
+        self.forgets = ""  # why the last view that is worth it was not remembered, for people
 
     def perceive(self, observation: Observation) -> None:
         """Notice who moves, localize, map, look, remember; the order matters, each uses what the one before found.
@@ -156,6 +158,12 @@ class Robot:
         keyframe = jpeg(frame.rgb, self.config.keyframe_quality)
         scan = None if self._scan is None else pack(self._scan, between(frame.odom, self._scan.odom))
         reach = farthest(frame.depth, COLUMNS)
-        node = self.memory.add(frame.stamp, pose, self.localizer.covariance, vectors, bearings, keyframe, scan, reach)
-        if node is not None:
-            self.loops.consider(node)
+        about = frame.stamp, pose, self.localizer.covariance, vectors, bearings, keyframe, scan, reach
+        try:
+            node = self.memory.add(*about)
+            if node is not None:
+                self.loops.consider(node)
+        except sqlite3.Error as error:  # what is looked for can be found all the same
+            self.forgets = f"views are not remembered ({error}); is the disk full?"
+        else:
+            self.forgets = ""

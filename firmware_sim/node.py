@@ -22,7 +22,7 @@ from edge.link.conversions import (
 from edge.link.exchange import Inbox
 from edge.link.messages import MessageError, decode
 from edge.link.requests import TrueObject, Truth, TruthReply
-from edge.link.session import LinkError, ToldToStop, add_link_arguments, link_config, open_session
+from edge.link.session import LinkError, ToldToStop, add_link_arguments, key_root, link_config, open_session
 from edge.link.topic import Topic, publisher
 from edge.observation import Twist
 from edge.process import stop_event
@@ -127,7 +127,7 @@ class Node:
             self._scan.put(scan_to_message(observation.scan, world.config.scan_period))
         self._bumper.put(messages.Bool(observation.bumper))
         self._imu.put(self._imu_message(stamp))
-        self._truth.put(odometry_to_message(stamp, world.truth, observation.twist, frame="map"))
+        self._truth.put(odometry_to_message(stamp, world.truth, world.base.twist, frame="house"))
         covariance = world.odometry.covariance
         self._odom.put(odometry_to_message(stamp, observation.odom, observation.twist, covariance=covariance))
 
@@ -147,6 +147,9 @@ class Node:
             current=-battery.current,
             percentage=battery.charge,
             temperature=float("nan"),
+            charge=float("nan"),
+            capacity=float("nan"),
+            design_capacity=float("nan"),
             power_supply_status=2,  # discharging
             present=True,
         )
@@ -176,7 +179,9 @@ def main(arguments=None):
     parser.add_argument("--home", default="apartment", help="a home's name, its file, or generated:SEED")
     parser.add_argument("--seed", type=seed, default=0, help="seed of the sensors' noise (default: %(default)s)")
     parser.add_argument("--speed", type=_positive, default=1.0, help="simulated seconds a second, at most (default: 1)")
-    parser.add_argument("--name", default=NodeConfig.name, help="key root of this robot (default: %(default)s)")
+    parser.add_argument(
+        "--name", type=key_root, default=NodeConfig.name, help="key root of this robot (default: %(default)s)"
+    )
     parser.add_argument("--no-noise", action="store_true", help="perfect sensors, wheels and motors")
     add_link_arguments(parser)
     options = parser.parse_args(arguments)

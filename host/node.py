@@ -7,13 +7,15 @@ import uuid
 from edge.link.alive import declare_alive
 from edge.link.exchange import Inbox, ask
 from edge.link.requests import EmbedText, GraphReply, Optimize, Search
-from edge.link.session import LinkError, ToldToStop, add_link_arguments, link_config, open_session
+from edge.link.session import LinkError, ToldToStop, add_link_arguments, key_root, link_config, open_session
 from edge.memory.prompts import PromptMemory
 from edge.process import cache_file, stop_event
 from host.service import HostService
 from models.manifest import Manifest, ModelError, resolve
 
-FETCH_TIMEOUT = 2.0  # s for a robot to send what is new in its memory; it answers between two control steps
+# s for a robot to send what is new in its memory. It answers between two control steps; if it waits itself for this
+# host, it does so for a second.
+FETCH_TIMEOUT = 0.7
 
 
 class Node:
@@ -41,7 +43,9 @@ def main(arguments=None):
     """``python -m host.node``: serves until SIGTERM or Ctrl-C."""
     parser = argparse.ArgumentParser(prog="vlpg host", description="Take work off robots.")
     parser.add_argument("--model", help="name or folder of the encoder (default: the shipped one)")
-    parser.add_argument("--id", default=uuid.uuid4().hex[:8], help="name of this host (default: a random one)")
+    parser.add_argument(
+        "--id", type=_identity, default=uuid.uuid4().hex[:8], help="name of this host (default: a random one)"
+    )
     add_link_arguments(parser)
     options = parser.parse_args(arguments)
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
@@ -61,6 +65,12 @@ def main(arguments=None):
         pass
     except (LinkError, ModelError) as error:
         parser.exit(2, f"vlpg host: {error}\n")
+
+
+def _identity(text):
+    if "/" in text:
+        raise argparse.ArgumentTypeError(f"{text!r} has a slash in it; take one word")
+    return key_root(text)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from edge.link.exchange import NoAnswer
 from edge.link.requests import FindReply, RequestError
-from edge.link.session import LinkError, add_link_arguments, link_config, open_session
+from edge.link.session import LinkError, add_link_arguments, key_root, link_config, open_session
 from tools.robot_client import NAME, Call, RobotClient
 
 LOST = "lost: it does not find its place in its map"
@@ -135,7 +135,9 @@ def _parser() -> argparse.ArgumentParser:
     questions = parser.add_subparsers(dest="question", required=True)
     for name, summary in SUMMARIES.items():
         question = questions.add_parser(name, description=summary)
-        question.add_argument("--name", default=NAME, help="key root of the robot (default: %(default)s)")
+        question.add_argument(
+            "--name", type=key_root, default=NAME, help="key root of the robot (default: %(default)s)"
+        )
         add_link_arguments(question)
     find = questions.choices["find"]
     find.add_argument("words", nargs="+", metavar="OBJECT", help='what to find, such as "the teddy bear"')

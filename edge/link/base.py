@@ -34,6 +34,8 @@ class BaseConfig:
     remembered: int = 100  # odometry messages kept to interpolate in: 2 s at 50 Hz
     quiet: float = 1.0  # s of the base's clock without a scan or a picture, after which a robot should not drive on
     restarted: float = 1.0  # s; a clock that jumps back by more belongs to a base that was restarted
+    leap: float = 0.3  # m that odometry errs by from one message to the next, and
+    fastest: float = 2.0  # m/s that a base drives; if odometry moves further, it has begun anew
 
 
 class Base:
@@ -118,7 +120,7 @@ class Base:
                 self._complain("odom", "odometry with NaN or infinity")
                 continue
             self._problems.pop("odom", None)
-            if self._stamps and stamp < self._stamps[-1] - self.config.restarted:
+            if self._stamps and self._began_anew(stamp, pose):
                 self.restarts += 1
                 self._forget()
             self._first = min(self._first, stamp)
@@ -126,6 +128,15 @@ class Base:
                 self._stamps.append(stamp)
                 self._poses.append(pose)
                 self._twist = twist
+
+    def _began_anew(self, stamp, pose):
+        """Whether odometry with this ``stamp`` and ``pose (3,)`` cannot go on from the last one.
+
+        A base that measures time since it was switched on begins at zero again; one with a clock begins at the origin.
+        """
+        passed = stamp - self._stamps[-1]
+        far = self.config.leap + self.config.fastest * max(passed, 0.0)
+        return passed < -self.config.restarted or np.hypot(*(pose - self._poses[-1])[:2]) > far
 
     def _was_touched(self):
         """Whether the bumper was pressed at any time since the last observation; a short touch counts too."""

@@ -48,7 +48,7 @@ def graph_reply(memory, encoder, vectors_from):
         Array.of(np.column_stack([edges.i, edges.j])[kept]),
         encoder.name,
         encoder.digest,
-        memory.id,
+        f"{memory.id}.{memory.opening}",
         vectors,
     )
 

@@ -12,7 +12,8 @@ import numpy as np
 from msgspec import Meta
 
 Text = Annotated[str, Meta(min_length=1, max_length=200, pattern=r"\S")]
-Key = Annotated[str, Meta(max_length=200, pattern=r"^[^\s*$?#/]+(/[^\s*$?#/]+)*$")]  # of zenoh, without wildcards
+KEY = r"^[^\s*$?#/]+(/[^\s*$?#/]+)*$"  # of zenoh, without wildcards
+Key = Annotated[str, Meta(max_length=200, pattern=KEY)]
 Count = Annotated[int, Meta(ge=1, le=1000)]
 Position = tuple[float, float]  # x, y [m], map frame
 Pose = tuple[float, float, float]  # x, y [m], theta [rad], map frame
@@ -178,7 +179,7 @@ class GraphReply(Body):
     edges: Array  # (E, 2) int64 ids
     encoder: str
     digest: str
-    memory: str  # names the memory; another one's ids mean other nodes
+    memory: str  # names the memory, and since when it is open; else its ids may mean other nodes
     vectors: Vectors | None = None
 
 

@@ -10,6 +10,8 @@ from typing import Literal
 
 import zenoh
 
+from edge.link.requests import KEY
+
 log = logging.getLogger(__name__)
 
 RETRY = 0.5  # s between attempts to connect
@@ -22,6 +24,13 @@ class LinkError(RuntimeError):
 
 class ToldToStop(LinkError):
     """Nobody listened until the process was told to stop, which is no mistake."""
+
+
+def key_root(text):
+    """A robot's name, for argparse: a key of zenoh, as ``robot1`` or ``lab/robot1``."""
+    if not re.search(KEY, text):
+        raise argparse.ArgumentTypeError(f"{text!r} is no name; take one such as robot1, without slashes at its ends")
+    return text
 
 
 @dataclass(frozen=True)

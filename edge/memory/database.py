@@ -1,5 +1,7 @@
 """The SQLite file of a home: its schema, and opening it safely."""
 
+import fcntl
+import io
 import secrets
 import shutil
 import sqlite3
@@ -29,6 +31,29 @@ class StoreError(RuntimeError):
 
 class EncoderMismatch(StoreError):
     """The store holds vectors of another encoder, which no text of this one can be compared with."""
+
+
+def lock_store(path):
+    """An open file that keeps other robots from the store at ``path`` until it is closed, or the process ends.
+
+    A file beside the store: to close any descriptor of the store itself would let go of SQLite's own locks.
+
+    Raises:
+        StoreError: another robot has the store open, or nothing can be written there.
+    """
+    if str(path) == ":memory:":
+        return io.BytesIO()
+    try:
+        lock = open(f"{path}.lock", "wb")
+    except OSError as error:
+        hint = "check that its folder exists and is writable"
+        raise StoreError(f"cannot open the store {path} ({error.strerror}); {hint}") from error
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        lock.close()
+        raise StoreError(f"{path} is in use by another robot; stop that one, or choose another file") from error
+    return lock
 
 
 def connect(path, encoder_name, encoder_digest, dim):

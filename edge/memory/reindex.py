@@ -42,16 +42,25 @@ def reindex(path, encoder_name, encoder_digest, dim, embed):
     except sqlite3.Error as error:
         if "locked" in str(error):
             raise StoreError(f"{path} is in use; stop the robot first") from error
+        if error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_FULL:
+            raise StoreError(f"there is no room for another copy of {path}; it was left as it is") from error
         raise StoreError(f"{path} is not a readable VLPG store ({error}); it was left as it is") from error
     finally:
         db.close()
         if result is None:
             fresh.unlink()
-    kept = path.stat()
-    os.chown(fresh, kept.st_uid, kept.st_gid)  # on a board, root does this for the robot's own user
-    fresh.chmod(kept.st_mode)
-    shutil.copy2(path, path.with_name(path.name + ".before-reindex"))  # there is a store at path at any time
-    os.replace(fresh, path)
+    copy = path.with_name(path.name + ".copying")
+    try:
+        kept = path.stat()
+        os.chown(fresh, kept.st_uid, kept.st_gid)  # on a board, root does this for the robot's own user
+        fresh.chmod(kept.st_mode)
+        shutil.copy2(path, copy)
+        os.replace(copy, path.with_name(path.name + ".before-reindex"))  # there is a store at path at any time
+        os.replace(fresh, path)
+    except OSError as error:
+        fresh.unlink(missing_ok=True)
+        copy.unlink(missing_ok=True)
+        raise StoreError(f"{path} cannot be replaced ({error}); it was left as it is") from error
     return result
 
 

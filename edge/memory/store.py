@@ -1,12 +1,13 @@
 """The visual language pose graph (VLPG) of a home: poses, what was seen from them, and how they are linked."""
 
+import secrets
 import sqlite3
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from edge.memory.database import connect
+from edge.memory.database import StoreError, connect, lock_store
 from edge.memory.edges import EdgeTable
 from edge.memory.gate import GateConfig, is_known, judge
 from edge.memory.motion import MotionNoise, in_frame
@@ -26,7 +27,7 @@ class VlpgConfig:
     motion: MotionNoise = field(default_factory=MotionNoise)
     limit: int = 2000  # nodes that answer; a home of 100 m2 mapped densely ([V] Sec. III-A), and the budget in RAM
     audit: int = 200  # superseded nodes kept, newest first; with pictures of 9 kB they cost 2 MB of disk, no vectors
-    commit_every: int = 20  # nodes a transaction: 2 s of dense mapping at most are lost when the process dies
+    commit_every: int = 20  # nodes a transaction; who adds few must `flush` now and then
 
     def __post_init__(self):
         if self.limit < 1 or self.audit < 0:
@@ -43,11 +44,13 @@ class Vlpg:
     raises IndexError when its id does not exist.
     """
 
-    def __init__(self, db, dim, config):
+    def __init__(self, db, lock, dim, config):
         """Use ``Vlpg.open``."""
         self.config = config
+        self._lock = lock
         self.dim = dim
         self._db = db
+        self.opening = secrets.token_hex(4)  # names what was seen of it since: what a crash undoes gave ids to others
         self._table, self._edges = NodeTable(db), EdgeTable(db)
         self._load()
         self._tour = int(self._nodes.tours.max(initial=0))
@@ -63,10 +66,15 @@ class Vlpg:
             config: VlpgConfig.
 
         Raises:
-            StoreError: the file is no store, damaged or not accessible; it is left as it is.
+            StoreError: the file is no store, damaged, not accessible or open already; it is left as it is.
             EncoderMismatch: the store was made with another encoder; the message names ``vlpg reindex``.
         """
-        return cls(connect(path, encoder_name, encoder_digest, dim), dim, config or VlpgConfig())
+        lock = lock_store(path)
+        try:
+            return cls(connect(path, encoder_name, encoder_digest, dim), lock, dim, config or VlpgConfig())
+        except StoreError:
+            lock.close()
+            raise
 
     def __len__(self):
         """Number of nodes that answer queries."""
@@ -285,6 +293,7 @@ class Vlpg:
         """Commits and closes the file. The store cannot be used afterwards."""
         self.flush()
         self._db.close()
+        self._lock.close()
 
     def _load(self, first=0):
         """RAM from the file. The next node's id is ``first`` at least."""

@@ -39,7 +39,7 @@ class FakeRobot:
         self.coverage = SimpleNamespace(viewed=np.zeros((0, 0), np.uint8))
         self.stamp, self.pose, self.distance = 0.0, np.zeros(3), 0.0
         self.localizer = SimpleNamespace(lost=False)
-        self.observations = []
+        self.forgets, self.observations = "", []
 
     def wake_in(self, grid):
         self.grid, self.localizer.lost = grid, True

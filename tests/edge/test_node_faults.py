@@ -105,6 +105,21 @@ def test_a_full_disk_is_told_and_survived(rig, monkeypatch, caplog):
     assert "disk is full" in rig.status().problem and rig.status().state == "idle"
 
 
+def test_views_that_are_not_remembered_are_told(rig):
+    rig = rig(missions(), mapped=True)
+    rig.robot.forgets = "views are not remembered"
+    rig.until(lambda: rig.status().problem == "views are not remembered")
+
+
+def test_what_an_idle_robot_sees_is_committed_now_and_then(rig, monkeypatch):
+    flushed = []
+    monkeypatch.setattr(Vlpg, "flush", lambda memory: flushed.append(memory))
+    rig = rig(missions(), mapped=True)
+    rig.node.config = replace(rig.node.config, save_every=0.5)
+    rig.until(lambda: len(flushed) > 2)
+    assert rig.robot.memory.load_map() is None  # which has not changed
+
+
 def test_a_full_disk_at_the_first_picture_does_not_end_the_process(rig, monkeypatch, caplog):
     def full(hfov):
         raise sqlite3.OperationalError("database or disk is full")

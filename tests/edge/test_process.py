@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from edge.process import MemoryUse, _of_files_alone, cache_file, pss
+from edge.process import MemoryUse, _of_files_alone, cache_file, pss, stop_event
 
 
 def test_pss_lies_between_the_unique_and_the_resident_set():
@@ -42,6 +42,13 @@ print(event.is_set())
     assert process.stdout.readline() == "up\n"
     os.kill(process.pid, number)
     assert process.communicate(timeout=10)[0] == "True\n" and process.returncode == 0
+
+
+def test_a_signal_amid_a_wait_does_not_lock_up():
+    event = stop_event()
+    with event._cond:  # as whoever waits has it now and then
+        signal.raise_signal(signal.SIGTERM)
+    assert event.wait(5)
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc keeps large blocks")

@@ -1,5 +1,6 @@
 """What one observation changes in the robot's knowledge."""
 
+import sqlite3
 from dataclasses import replace
 
 import numpy as np
@@ -137,6 +138,21 @@ def test_a_bump_with_a_person_does_not_block_the_ground():
     for step in range(10, 20):
         robot.perceive(observation(0.1 * step, person=(0.46, 0.05 * (step - 15)), bumper=step > 15, speed=0.3))
     assert not robot.grid.occupied[robot.grid.frame.to_cell([robot.config.radius + 0.02, 0.0])]
+
+
+def test_a_full_disk_keeps_the_robot_from_remembering_and_from_nothing_else(monkeypatch):
+    robot, _ = make_robot()
+
+    def full(*view):
+        raise sqlite3.OperationalError("database or disk is full")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(robot.memory, "add", full)
+        robot.perceive(observation(0.1))
+    assert "disk is full" in robot.forgets and len(robot.memory) == 0 and robot.grid.area > 1
+    for step in range(5):
+        robot.perceive(observation(0.2 + 0.1 * step, x=0.06 * step))
+    assert robot.forgets == "" and len(robot.memory) == 1
 
 
 def test_a_node_keeps_its_picture():

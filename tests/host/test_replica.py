@@ -58,6 +58,18 @@ def test_only_what_is_new_travels(memory):
     assert len(follow(replica, memory).vectors.owners.numpy()) == 0
 
 
+def test_what_a_crash_undid_is_another_memory(tmp_path):
+    """Nodes that were not committed travel, too; after a crash their ids are given again."""
+    path, names = tmp_path / "home.vlpg", []
+    for seed in (0, 1):
+        memory = Vlpg.open(path, "tower", "abc", DIM)
+        see(memory, np.random.default_rng(seed), 3)
+        names.append(graph_reply(memory, Encoder, 0).memory)
+        memory._db.execute("ROLLBACK")
+        memory.close()
+    assert names[0] != names[1] and names[0].split(".")[0] == names[1].split(".")[0]
+
+
 def test_an_empty_memory(memory):
     replica = Replica(DIM, memory.id)
     follow(replica, memory)

@@ -164,9 +164,9 @@ class Demo:
         """Wait while the robot explores; it does so on its own."""
         started = time.monotonic()
         breaks_off = min(started + self.config.mapping_share * self.config.time_limit, self.ends)
-        left, complete = TimeLeft(), True
+        left, complete, began = TimeLeft(), True, 0.0  # s of the base's clock, which has run since it was started
         while (status := self.robot.status()).state == "mapping":
-            now = time.monotonic()
+            now, began = time.monotonic(), began or status.stamp
             self.recorder.trace(self.truth.position())
             remaining = left.update(now, status.viewed, status.area)
             until_done = "" if remaining is None else f", about {remaining:.0f} s left"
@@ -179,7 +179,8 @@ class Demo:
             self.processes.watch(0.2)
         if status.problem and not status.mapped and complete:
             raise RequestError(f"The robot stopped: {status.problem}.")
-        mapping = self.recorder.mapped(status, complete and status.mapped, time.monotonic() - started)
+        spent = status.stamp - began, time.monotonic() - started
+        mapping = self.recorder.mapped(status, complete and status.mapped, *spent)
         self.display.say(
             f"mapped     {mapping.area:.1f} m² of free floor, {mapping.nodes} nodes, {mapping.distance:.1f} m driven, "
             f"in {mapping.duration:.0f} s ({mapping.wall:.0f} s of wall time)"

@@ -41,10 +41,10 @@ class Recorder:
         if position is not None and (not self._path or np.hypot(*np.subtract(position, self._path[-1])) >= STEP):
             self._path.append((round(float(position[0]), 3), round(float(position[1]), 3)))
 
-    def mapped(self, status, complete: bool, wall: float) -> Mapping:
-        """Mapping ended with the robot's ``status``, after ``wall`` [s]."""
+    def mapped(self, status, complete: bool, duration: float, wall: float) -> Mapping:
+        """Mapping ended with the robot's ``status``, after ``duration`` s of the base's clock and ``wall`` s."""
         path = self._end_path()
-        self._mapping = Mapping(complete, status.area, status.nodes, status.distance, status.stamp, wall, path)
+        self._mapping = Mapping(complete, status.area, status.nodes, status.distance, duration, wall, path)
         return self._mapping
 
     def searched(self, words: str, reply, truth, wall: float) -> Search:

@@ -1,6 +1,7 @@
 """Pairs from OpenCLIP: its named architectures with its own weights or a checkpoint, and its folders."""
 
 import copy
+import json
 from pathlib import Path
 
 import torch
@@ -54,12 +55,20 @@ def from_folder(folder: Path, source: str, licence: str) -> Pair:
     """
     import open_clip
 
-    if "trust_remote_code" in (folder / "open_clip_config.json").read_text():
+    with loading(source):
+        settings = json.loads((folder / "open_clip_config.json").read_text())
+    if "trust_remote_code" in _keys(settings):
         raise ModelError(f"{source} asks to run code of its own (trust_remote_code); such a model is not imported.")
     place = f"local-dir:{folder}"
     with loading(source):
         model = open_clip.create_model(place, require_pretrained=True)
         return _pair(model, open_clip.get_tokenizer(place), source, licence)
+
+
+def _keys(value) -> set[str]:
+    """All keys at any depth of what was read from JSON, however they were written there."""
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return set(value if isinstance(value, dict) else ()).union(*map(_keys, inner))
 
 
 def _pair(model: nn.Module, tokenizer, source: str, licence: str) -> Pair:

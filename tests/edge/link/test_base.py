@@ -98,12 +98,12 @@ def test_odometry_is_interpolated_at_the_sensors_stamps_the_short_way_round(base
     fake.color(1.05)
     fake.depth(1.06)  # within half a frame period: the same picture
     fake.scan(1.075)
-    fake.odom(1.1, 1.0, -3.1)
+    fake.odom(1.1, 0.2, -3.1)
     seen = base.observe()
     gap = 2 * np.pi - 6.2
-    np.testing.assert_allclose(seen.frame.odom, [0.5, 0, (3.1 + gap / 2 + np.pi) % (2 * np.pi) - np.pi], atol=1e-6)
-    np.testing.assert_allclose(seen.scan.odom[:2], [0.75, 0])
-    np.testing.assert_allclose(seen.odom[:2], [1.0, 0])
+    np.testing.assert_allclose(seen.frame.odom, [0.1, 0, (3.1 + gap / 2 + np.pi) % (2 * np.pi) - np.pi], atol=1e-6)
+    np.testing.assert_allclose(seen.scan.odom[:2], [0.15, 0])
+    np.testing.assert_allclose(seen.odom[:2], [0.2, 0])
 
 
 def test_a_sensor_ahead_of_odometry_waits_for_it(base, fake):
@@ -145,6 +145,15 @@ def test_a_base_that_starts_anew_is_noticed(base, fake):
     assert base.observe().stamp == 0.5 and base.restarts == 1
     fake.odom(0.3)  # late or reordered by a little: ignored
     assert base.observe() is None and base.restarts == 1
+
+
+def test_so_is_one_whose_clock_goes_on(base, fake):
+    fake.odom(100.0, 5.0)
+    base.observe()
+    fake.odom(103.0, 8.0)  # it was not heard for three seconds, and drove on
+    assert base.observe().odom[0] == 8.0 and base.restarts == 0
+    fake.odom(106.0, 0.0)
+    assert base.observe().odom[0] == 0.0 and base.restarts == 1
 
 
 @pytest.mark.parametrize("breaks", ["odom", "scan", "colour", "size", "nan"])

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from edge.link.session import LinkConfig, LinkError, ToldToStop, add_link_arguments, link_config, open_session
+from edge.link.session import LinkConfig, LinkError, ToldToStop, add_link_arguments, key_root, link_config, open_session
 
 ALONE = {"multicast_scouting": False}
 
@@ -21,6 +21,17 @@ def test_the_flags_of_zenohs_examples():
     expected = LinkConfig(("tcp/a:1", "tcp/b:2"), ("tcp/c:3",), "client", None, False)
     assert link_config(parser.parse_args(flags)) == expected
     assert link_config(parser.parse_args([])) == LinkConfig()
+
+
+@pytest.mark.parametrize("name", ["robot1", "lab/robot1"])
+def test_a_name_is_a_key(name):
+    assert key_root(name) == name
+
+
+@pytest.mark.parametrize("name", ["", "/robot1", "robot1/", "*", "robot 1", "a//b"])
+def test_what_is_no_key_is_no_name(name):
+    with pytest.raises(argparse.ArgumentTypeError, match="is no name"):
+        key_root(name)
 
 
 def test_loopback_means_loopback():

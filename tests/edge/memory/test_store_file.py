@@ -43,6 +43,17 @@ def test_another_encoder_is_refused_by_name(tmp_path):
         assert len(store) == 3
 
 
+def test_one_robot_at_a_time(tmp_path):
+    path = tmp_path / "home.vlpg"
+    with opened(path) as store:
+        walk(store, np.random.default_rng(3), 3)
+        with pytest.raises(StoreError, match="in use by another robot"):
+            opened(path)
+        store.save_map(b"it goes on")
+    with opened(path) as store:
+        assert len(store) == 3 and store.load_map() == b"it goes on"
+
+
 def test_a_file_that_is_no_store_is_left_alone(tmp_path):
     path = tmp_path / "home.vlpg"
     path.write_bytes(b"dear diary, " * 1000)
