@@ -1,4 +1,4 @@
-"""Mapping and localization over a whole tour of each home, sensor noise on, judged by the truth."""
+"""Mapping and localization of a robot without eyes over a tour of each home, sensor noise on, judged by the truth."""
 
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from edge.localization.localizer import Localizer
 from edge.mapping.occupancy import OccupancyGrid
+from edge.memory.store import Vlpg
 from edge.pose import between, transform, wrap
+from edge.robot import Robot
 from firmware_sim.base import BaseConfig
 from firmware_sim.house import House
 from firmware_sim.lidar import Lidar, LidarConfig
 from firmware_sim.world import World, WorldConfig
+from tools.bench.survey import Sightless
 
 
 @dataclass
@@ -28,7 +30,7 @@ class Drive:
 def drive(house, tour, seed=0, base=None):
     """Tours the house; the first odometry is the map's origin, so the truth is taken relative to the start."""
     world = World(house, seed, WorldConfig(camera=False, base=base or BaseConfig()))
-    grid, localizer, guide = OccupancyGrid(), Localizer(), tour(house)
+    robot, guide = Robot(Sightless(), Vlpg.open(":memory:", "none", "none", 1)), tour(house)
     exact = Lidar(house, LidarConfig(noise=0.0), None)
     angles = np.arange(360) * exact.config.angle_increment + exact.config.angle_min
     errors, odometry, surfaces, rejected = [], [], [], 0
@@ -36,13 +38,11 @@ def drive(house, tour, seed=0, base=None):
     while twist is not None:
         assert world.time < 600, "the tour does not end"
         seen = world.step(twist)
-        pose = localizer.update(seen.odom, seen.scan, grid)
-        if seen.scan is not None:
-            grid.integrate_scan(localizer.pose(seen.scan.odom), seen.scan)
+        robot.perceive(seen)
         truth = between(house.start, world.truth)
-        errors.append(pose - truth)
+        errors.append(robot.pose - truth)
         odometry.append(seen.odom - truth)
-        rejected += localizer.lost
+        rejected += robot.localizer.lost
         if len(errors) % 5 == 0:
             ranges = exact.scan(world.truth)
             hit = np.isfinite(ranges)
@@ -51,7 +51,7 @@ def drive(house, tour, seed=0, base=None):
         twist = guide.command(world.truth)
     errors, odometry = np.array(errors), np.array(odometry)
     errors[:, 2], odometry[:, 2] = wrap(errors[:, 2]), wrap(odometry[:, 2])
-    return Drive(errors, odometry, grid, np.concatenate(surfaces), rejected)
+    return Drive(errors, odometry, robot.grid, np.concatenate(surfaces), rejected)
 
 
 def rms(errors):

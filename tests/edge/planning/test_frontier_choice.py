@@ -48,7 +48,7 @@ def test_a_frontier_that_shrank_is_the_same_one():
     assert choice.choose([at(2, 3), at(5, 0.8), at(9)], Beliefs(x2=0.1, x5=0.8, x9=0.82), HERE).waypoint[0] == 5
 
 
-def test_what_is_not_approached_is_dropped_for_good():
+def test_what_is_not_approached_is_put_off():
     choice = FrontierChoice(by_mean, ChoiceConfig(patience=3))
     both, beliefs = [at(2), at(5)], Beliefs(x2=0.1, x5=0.9)
     chosen = [choice.choose(both, beliefs, HERE).waypoint[0] for _ in range(6)]
