@@ -41,6 +41,12 @@ def between(a, b):
     return np.stack([cos * dx + sin * dy, -sin * dx + cos * dy, wrap(b[..., 2] - a[..., 2])], axis=-1)
 
 
+def has_moved(before, after, distance, angle):
+    """Whether between two poses (3,) there is a way of ``distance`` [m], or a turn of ``angle`` [rad], or more."""
+    x, y, turn = between(before, after)
+    return bool(np.hypot(x, y) >= distance or abs(turn) >= angle)
+
+
 def transform(pose, points):
     """Points ``(N, 2)`` given in the frame of one ``pose (3,)``, in the frame that the pose is given in."""
     x, y, theta = pose

@@ -21,7 +21,7 @@ from edge.observation import LaserScan, Observation, RgbdFrame
 from edge.perception.close_look import look_closely, to_remember
 from edge.perception.encoder import View
 from edge.perception.movers import MoverTracker
-from edge.pose import between
+from edge.pose import between, has_moved
 
 DRIVING = 0.03  # m/s; what is measured of a robot that stands is less
 
@@ -144,8 +144,7 @@ class Robot:
         pose = self.in_map(frame.odom)
         self.grid.integrate_depth(pose, frame.depth, self.camera, self.movers.discs)
         self.coverage.integrate(pose, frame.depth, self.camera, self.grid)
-        x, y, turn = between(self._offered, pose)
-        moved = np.hypot(x, y) >= self.config.candidate_distance or abs(turn) >= self.config.candidate_angle
+        moved = has_moved(self._offered, pose, self.config.candidate_distance, self.config.candidate_angle)
         if moved and not self.movers.hide(pose, self.camera):
             self._offered = pose
             self._remember(frame, pose)

@@ -58,9 +58,8 @@ def measure(what: list[Subject], model: str, fewest=FEWEST, most=MOST, tell: Cal
         report.stages |= {f"{subject.name}: {stage}": Stage.of(times) for stage, times in runs.items()}
         report.runs = max(report.runs, count)
         processes: list[Process] = []
-        for number in range(
-            WEIGHED
-        ):  # after the others: a process that finds no compiled code, compiles, and keeps that
+        # After the others: a process that finds no compiled code compiles, and keeps what that took.
+        for number in range(WEIGHED):
             tell(f"{subject.name}: process {number + 1} is weighed")
             said, process = weigh(subject)
             processes.append(process)

@@ -28,7 +28,7 @@ class ToldToStop(LinkError):
 
 def key_root(text):
     """A robot's name, for argparse: a key of zenoh, as ``robot1`` or ``lab/robot1``."""
-    if not re.search(KEY, text):
+    if not re.fullmatch(KEY, text):
         raise argparse.ArgumentTypeError(f"{text!r} is no name; take one such as robot1, without slashes at its ends")
     return text
 

@@ -42,7 +42,7 @@ def reindex(path, encoder_name, encoder_digest, dim, embed):
     except sqlite3.Error as error:
         if "locked" in str(error):
             raise StoreError(f"{path} is in use; stop the robot first") from error
-        if error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_FULL:
+        if "full" in str(error):
             raise StoreError(f"there is no room for another copy of {path}; it was left as it is") from error
         raise StoreError(f"{path} is not a readable VLPG store ({error}); it was left as it is") from error
     finally:

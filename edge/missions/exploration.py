@@ -15,7 +15,7 @@ from edge.perception.detection import Detector, DetectorConfig
 from edge.perception.encoder import View
 from edge.perception.prompts import Target
 from edge.planning.frontier_choice import Acquisition, ChoiceConfig, FrontierChoice
-from edge.pose import between
+from edge.pose import has_moved
 from edge.robot import Robot
 
 
@@ -73,8 +73,7 @@ class Exploration:
         if frame is None or robot.localizer.lost:  # a lost robot knows not what place it looks at
             return
         view, pose = robot.view(), robot.in_map(frame.odom)
-        x, y, turned = between(self._looked, pose)
-        if np.hypot(x, y) >= self.config.moved or abs(turned) >= self.config.turned:
+        if has_moved(self._looked, pose, self.config.moved, self.config.turned):
             self._looked = pose
             self.relevance.integrate(pose, frame.depth, self.promise(view), robot.camera, robot.grid)
         height, width = frame.depth.shape

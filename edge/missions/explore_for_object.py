@@ -63,16 +63,19 @@ class ExploreForObject(Search):
         for twist in action:
             yield twist
             self.exploration.take_in()
-            if self.exploration.goal is None:
-                continue
-            while self.exploration.goal is not None and self.elapsed < self.config.enough:
-                claim = yield from self.reach()
-                if claim is not None and (self.best is None or claim.confidence > self.best.confidence):
-                    self.best = claim
-                if claim is not None and claim.confidence >= self.config.sure:
-                    return True
-                self.exploration.refute()
-            return False
+            if self.exploration.goal is not None:
+                return (yield from self.pursue())
+        return False
+
+    def pursue(self) -> Story:
+        """Go to what seems to be the object, or else to what is behind it; whether that is a claim that is sure."""
+        while self.exploration.goal is not None and self.elapsed < self.config.enough:
+            claim = yield from self.reach()
+            if claim is not None and (self.best is None or claim.confidence > self.best.confidence):
+                self.best = claim
+            if claim is not None and claim.confidence >= self.config.sure:
+                return True
+            self.exploration.refute()
         return False
 
     def visit(self, frontier: Frontier) -> Story:

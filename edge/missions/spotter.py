@@ -41,7 +41,7 @@ class Spotter:
         self._robot, self._target = robot, target
 
     def look(self) -> Story:
-        """Look ahead, then to both sides until certain, and face what was seen; the best ``Sighting`` that lasts."""
+        """Look ahead, then to both sides until certain; face the best ``Sighting`` that lasts, if any; returns it."""
         heading, best = self._robot.pose[2], None
         for side in (0.0, self.config.sweep, -self.config.sweep):
             yield from face(self._robot, heading + side)

@@ -78,6 +78,7 @@ def test_it_speaks_on_the_topics_of_a_ros_base(rig):
     assert topics["bumper"].read_latest().data is False
     assert topics["camera/camera_info"].read_latest().width == 320
     assert 0.9 < topics["battery_state"].read_latest().percentage <= 1
+    assert topics["ground_truth/odom"].read_latest().header.frame_id == "house"
     truth = odometry_from_message(topics["ground_truth/odom"].read_latest())[1]
     np.testing.assert_allclose(truth, rig.world.house.start, atol=0.01)
 

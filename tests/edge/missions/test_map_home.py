@@ -93,6 +93,17 @@ def toured_again(mapped):
     return mission.outcome
 
 
+def test_a_tour_forgets_what_was_touched(mapped):
+    def begin(mapped):
+        mapped.robot.grid.integrate_contact(mapped.robot.pose, mapped.robot.config.radius)
+        touched = mapped.robot.grid.occupied.sum()
+        mission = MapHome(mapped.robot)
+        mission.step(mapped.world.step(None))
+        return touched - mapped.robot.grid.occupied.sum()
+
+    assert in_child(begin, mapped) > 3
+
+
 def test_without_pictures_a_home_is_not_mapped_to_the_end():
     world = make_world()
     mission, observation = MapHome(make_robot(world)), world.step(None)

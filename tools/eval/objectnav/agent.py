@@ -105,8 +105,7 @@ class Agent:
             if not arrived:
                 yield action
             elif confirmed:
-                self.aim = goal
-                yield self._end("found")
+                yield self._end("found", goal)
             elif abs(bearing) > TURN / 2:
                 yield self._turn(bearing)
             elif self.exploration.goal is sought:
@@ -146,8 +145,7 @@ class Agent:
             else:
                 action = self.toward(stand, 0.0)
             if action is None or (stand is None and distance <= self.config.stop):
-                self.aim = goal
-                yield self._end("guessed")
+                yield self._end("guessed", goal)
             yield action
         yield self._end("explored")
 
@@ -159,6 +157,6 @@ class Agent:
         x, y = goal.nearest(self.robot.pose) - self.robot.pose[:2]
         return float(np.hypot(x, y)), float(wrap(np.arctan2(y, x) - self.robot.pose[2]))
 
-    def _end(self, ending: Ending) -> Action:
-        self.ending = ending
+    def _end(self, ending: Ending, aim: ObjectGoal | None = None) -> Action:
+        self.ending, self.aim = ending, aim
         return "stop"

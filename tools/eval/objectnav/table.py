@@ -77,12 +77,13 @@ def show(episodes: list[Episode]) -> str:
     return "\n".join(lines)
 
 
-def spread(episodes: list[Episode], homes) -> tuple[dict[str, np.ndarray], Figure]:
+def spread(episodes: list[Episode]) -> tuple[dict[str, np.ndarray], Figure]:
     """How much SR depends on the words, for single prompts and for ensembles: [U] Table I's point.
 
     Returns the SR of each of ``SINGLE`` and ``ENSEMBLES``, and by how much its standard deviation over the single
-    prompts is larger, over resampled ``homes``.
+    prompts is larger, over resampled homes.
     """
+    homes = sorted({episode.home for episode in episodes})
     counts = {kind: _counts(episodes, kind, homes) for kind in (SINGLE, ENSEMBLES)}
 
     def rates(kind, times):
@@ -108,7 +109,7 @@ def _counts(episodes: list[Episode], kind: str, homes) -> np.ndarray:
 
 def show_spread(episodes: list[Episode]) -> str:
     """``spread`` as text."""
-    rates, more = spread(episodes, sorted({e.home for e in episodes}))
+    rates, more = spread(episodes)
     lines = [
         f"SR of {kind}…: {found.min():.2f} to {found.max():.2f}, standard deviation {found.std():.3f}"
         for kind, found in rates.items()

@@ -42,7 +42,7 @@ def test_each_single_prompt_is_held_against_the_ensemble():
 def test_the_spread_is_over_planners_of_a_kind():
     singles = asked(f"{SINGLE} 1", "1111") + asked(f"{SINGLE} 2", "0000")
     ensembles = asked(f"{ENSEMBLES} 12", "1100") + asked(f"{ENSEMBLES} 13", "0011")
-    rates, more = spread(singles + ensembles, ["0", "1", "2", "3"])
+    rates, more = spread(singles + ensembles)
     assert list(rates[SINGLE]) == [1.0, 0.0] and list(rates[ENSEMBLES]) == [0.5, 0.5]
     assert more.mean == 0.5  # standard deviations of 0.5 and 0
     assert more.low == 0.0  # all four homes drawn from one pair: the ensembles are as far apart
