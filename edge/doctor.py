@@ -16,9 +16,7 @@ from importlib.metadata import version as version_of
 from itertools import chain
 from pathlib import Path
 
-from edge.link.session import LinkError, add_link_arguments, key_root, link_config
 from edge.process import pss
-from models.manifest import Manifest, ModelError, resolve
 
 PACKAGES = ("numpy", "onnxruntime", "opencv-python-headless", "eclipse-zenoh", "pycdr2", "msgspec", "nlopt", "numkong")
 # What int8 products gain from, as the kernel names it: ARM's and Intel's.
@@ -88,6 +86,7 @@ def model(name: str | None, text: bool) -> Iterator[Finding]:
     import numpy as np
 
     from edge.perception.encoder import Encoder
+    from models.manifest import Manifest, ModelError, resolve
 
     try:
         manifest = Manifest.load(resolve(name) if name else resolve())
@@ -156,7 +155,7 @@ def link(config, name: str, offload: bool) -> Iterator[Finding]:
     """Does the base speak, and is a host there if one is needed?"""
     from edge.link import messages
     from edge.link.alive import Watch
-    from edge.link.session import open_session
+    from edge.link.session import LinkError, open_session
     from edge.link.topic import Topic
 
     try:
@@ -173,12 +172,13 @@ def link(config, name: str, offload: bool) -> Iterator[Finding]:
         found = f"no odometry on {name}/odom" if silent else f"odometry on {name}/odom"
         yield Finding("base", found, "start the base, or its bridge" if silent else "")
         there = host.wait(bool, 0.0 if not offload else PATIENCE)
-        remedy = "start vlpg host, or use --offload auto" if offload and not there else ""
+        remedy = "start vlpg host" if offload and not there else ""
         yield Finding("host", "alive" if there else "not heard", remedy)
 
 
-def main(arguments=None):
-    """``python -m edge.doctor``. Exit code 1: something is bad."""
+def _options(arguments):
+    from edge.link.session import add_link_arguments, key_root
+
     parser = argparse.ArgumentParser(prog="vlpg doctor", description="Can this machine run the robot?")
     parser.add_argument("--name", type=key_root, default="robot1", help="key root of the robot (default: %(default)s)")
     parser.add_argument("--memory", type=Path, metavar="FILE", help="also check this store")
@@ -186,30 +186,51 @@ def main(arguments=None):
     parser.add_argument("--offload", choices=["host", "never", "auto"], default="auto", help="who encodes text")
     parser.add_argument("--no-link", action="store_true", help="do not look for the base and a host")
     add_link_arguments(parser)
-    options = parser.parse_args(arguments)
-    text, bad = options.offload != "host", 0
-    checks = [machine(text), packages(text), model(options.model, text)]
-    if options.memory:
-        checks.append(store(options.memory, _digest(options.model)))
-    if not options.no_link:
-        checks.append(link(link_config(options), options.name, not text))
+    return parser.parse_args(arguments)
+
+
+def _everything(arguments) -> Iterator[Finding]:
     try:
-        for finding in chain(*checks):
-            bad += bool(finding.remedy)
-            print(finding, flush=True)
+        options = _options(arguments)
+    except ImportError as error:  # the command line itself needs what is missing
+        yield from chain(machine(True), packages(True), [_unseen(error)])
+        return
+    text = options.offload != "host"
+    yield from chain(machine(text), packages(text))
+    try:
+        from edge.link.session import link_config
+
+        yield from model(options.model, text)
+        if options.memory:
+            yield from store(options.memory, _digest(options.model))
+        if not options.no_link:
+            yield from link(link_config(options), options.name, not text)
     except ImportError as error:
-        bad += 1
-        print(Finding("the rest", f"cannot be looked at without {error.name}", REINSTALL))
+        yield _unseen(error)
+
+
+def _unseen(error: ImportError) -> Finding:
+    return Finding("the rest", f"cannot be looked at: {' '.join(str(error).split())}", REINSTALL)
+
+
+def main(arguments=None):
+    """``python -m edge.doctor``. Exit code 1: something is bad."""
+    bad = 0
+    for finding in _everything(arguments):
+        bad += bool(finding.remedy)
+        print(finding, flush=True)
     raise SystemExit(1 if bad else 0)
 
 
 def _parity(subject: str, cosine: float, stated: float | None) -> Finding:
-    low = stated is not None and cosine < stated - PARITY_SLACK
+    low = stated is not None and not cosine >= stated - PARITY_SLACK  # nor is NaN
     remedy = f"the manifest says {stated:g}: report this processor with its ONNX Runtime" if low else ""
     return Finding(subject, f"cosine {cosine:.4f} to float32", remedy)
 
 
 def _digest(name: str | None) -> str | None:
+    from models.manifest import Manifest, ModelError, resolve
+
     try:
         return Manifest.load(resolve(name) if name else resolve()).digest
     except ModelError:
@@ -226,18 +247,23 @@ def _cpu_flags() -> set[str]:
 
 
 def _free_memory() -> float:
-    """MB that a robot can have: what is available, and what the installed one has already."""
-    robot = CGROUPS / "system.slice" / "vlpg-robot.service" / "memory.current"
-    return _available() + (int(robot.read_text()) / 1e6 if robot.is_file() else 0.0)
+    """MB that a robot can have: what is available, and what the installed one has for itself already."""
+    processes = CGROUPS / "system.slice" / "vlpg-robot.service" / "cgroup.procs"
+    pids = processes.read_text().split() if processes.is_file() else []
+    return _available() + sum(_kilobytes(Path("/proc", pid, "status"), "RssAnon:") for pid in pids) * 1024 / 1e6
 
 
 def _available() -> float:
     """MB that processes can have without swapping; 0 where the kernel does not tell."""
+    return _kilobytes(Path("/proc/meminfo"), "MemAvailable:") * 1024 / 1e6
+
+
+def _kilobytes(file: Path, name: str) -> int:
     try:
-        lines = Path("/proc/meminfo").read_text().splitlines()
+        lines = file.read_text().splitlines()
     except OSError:
-        return 0.0
-    return sum(int(line.split()[1]) * 1024 / 1e6 for line in lines if line.startswith("MemAvailable:"))
+        return 0
+    return sum(int(line.split()[1]) for line in lines if line.startswith(name))
 
 
 if __name__ == "__main__":

@@ -107,7 +107,7 @@ def _check(db, path, wanted):
     if meta.get("schema") not in READABLE:
         raise StoreError(
             f"{path} has schema {meta.get('schema')}, and this version reads {' and '.join(READABLE)}; "
-            "open it with the version that made it"
+            "open it with the version that made it, or put back the copy beside it that this one made, *.schema-N"
         )
     if any(meta.get(key) != wanted[key] for key in ("encoder", "digest", "dim")):
         raise EncoderMismatch(

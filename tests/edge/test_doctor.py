@@ -1,5 +1,6 @@
 """What the doctor sees, and what it prescribes."""
 
+import os
 import sqlite3
 import subprocess
 import sys
@@ -32,12 +33,13 @@ def test_settings_of_an_unprepared_shell_are_told(monkeypatch):
     assert any("export OPENBLAS_NUM_THREADS=1" in finding.remedy for finding in bad)
 
 
-@pytest.mark.parametrize(("text", "robot", "enough"), [(True, 0, False), (False, 0, True), (True, 30_000_000, True)])
+@pytest.mark.parametrize(("text", "robot", "enough"), [(True, False, False), (False, False, True), (True, True, True)])
 def test_a_robot_that_runs_here_does_not_take_its_own_memory_away(monkeypatch, tmp_path, text, robot, enough):
+    """The process in the service's control group is this one, which has more than 20 MB for itself."""
     monkeypatch.setattr(doctor, "CGROUPS", tmp_path)
     service = tmp_path / "system.slice" / "vlpg-robot.service"
     service.mkdir(parents=True)
-    (service / "memory.current").write_text(f"{robot}\n")
+    (service / "cgroup.procs").write_text(f"{os.getpid()}\n" if robot else "")
     monkeypatch.setattr(doctor, "_available", lambda: 180.0)
     (memory,) = [finding for finding in doctor.machine(text) if finding.subject == "memory"]
     assert bool(memory.remedy) != enough
@@ -69,6 +71,22 @@ def test_a_missing_package_is_named(monkeypatch):
     monkeypatch.setattr(doctor, "PACKAGES", ("numpy", "no-such-thing"))
     good, bad = doctor.packages(text=False)
     assert not good.remedy and "no-such-thing is missing" in bad.found and "install" in bad.remedy
+
+
+@pytest.mark.parametrize("missing", ["zenoh", "numpy", "cv2"])
+def test_without_a_package_the_rest_is_still_looked_at(missing):
+    """Of another Python, or damaged: it is there, and cannot be imported."""
+    code = f"import sys; sys.modules[{missing!r}] = None; from edge.doctor import main; main(['--no-link'])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    *others, last = done.stdout.splitlines()
+    assert done.returncode == 1 and not done.stderr, done.stderr
+    assert last.startswith("the rest") and missing in last and "install the robot again" in last
+    assert sum(line.startswith("package") for line in others) == len(doctor.PACKAGES) + 1
+
+
+@pytest.mark.parametrize(("cosine", "good"), [(0.995, True), (0.986, True), (0.98, False), (float("nan"), False)])
+def test_vectors_that_are_not_what_they_should_be_are_bad(cosine, good):
+    assert bool(doctor._parity("image tower", cosine, 0.99).remedy) != good
 
 
 def store_of(path, digest="abc"):

@@ -4,16 +4,20 @@ import gzip
 import hashlib
 import io
 import json
+import re
 import tarfile
 from dataclasses import dataclass
 from pathlib import Path
 
 from models.manifest import Manifest
-from tools.deploy.target import TOKENIZERS, Target, version
+from tools.deploy.target import TOKENIZERS, DeployError, Target, version
 from tools.deploy.wheels import fetch, read_lock
 
 ROOT = Path(__file__).parents[2]
-BOARD = Path(__file__).parent / "board"  # what is written for the board's own shell and service manager
+# What is written for the board's own shell and service manager.
+BOARD = [
+    Path(__file__).parent / "board" / name for name in ("install.sh", "release.env", "robot.env", "vlpg-robot.service")
+]
 CODE = ("edge", "models")
 
 
@@ -34,27 +38,32 @@ class BundleConfig:
 def make(config: BundleConfig, out: Path, cache: Path) -> Path:
     """Write the archive into folder ``out`` and return its path; wheels are kept in ``cache``.
 
-    Raises DeployError or ModelError, and leaves no half of an archive.
+    Raises DeployError, ModelError or OSError, and leaves no half of an archive.
     """
     content = contents(config, cache)
     path = out / f"{config.name}.tar.gz"
     partial = path.with_suffix(".part")
     out.mkdir(parents=True, exist_ok=True)
-    # Wheels are compressed already; the highest level would cost a minute for nothing.
-    with partial.open("wb") as stream:
-        with gzip.GzipFile(filename="", mode="wb", fileobj=stream, mtime=0, compresslevel=6) as packed:
-            pack(content, config.name, packed)
-    partial.rename(path)
-    return path
+    try:
+        with partial.open("wb") as stream:
+            # Wheels are compressed already; the highest level would cost a minute for nothing.
+            with gzip.GzipFile(filename="", mode="wb", fileobj=stream, mtime=0, compresslevel=6) as packed:
+                pack(content, config.name, packed)
+        return partial.rename(path)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def contents(config: BundleConfig, cache: Path) -> dict[str, bytes]:
     """The files of a bundle by their names in it. Raises DeployError or ModelError."""
+    if not re.fullmatch(r"[\w.+-]+", config.model.folder.name):
+        raise DeployError(
+            f"{config.model.folder.name!r} cannot be a model's folder on a board; name it in letters and digits"
+        )
     config.model.verify(text=not config.offload)
     locked = [one for one in read_lock(config.target) if not (config.offload and one.name == TOKENIZERS)]
     content = {f"wheels/{wheel.name}": wheel.read_bytes() for wheel in fetch(config.target, locked, cache)}
     content |= _code() | _model(config) | _board(config)
-    content["wheels.sha256"] = _sums(content, "wheels/")
     about = {
         "version": version(),
         "machine": config.target.machine,
@@ -64,7 +73,8 @@ def contents(config: BundleConfig, cache: Path) -> dict[str, bytes]:
         "offload": config.offload,
     }
     content["about.json"] = (json.dumps(about, indent=1) + "\n").encode()
-    content["release"] = f"{hashlib.sha256(_sums(content, '')).hexdigest()[:12]}\n".encode()
+    content["files.sha256"] = _sums(content)
+    content["release"] = f"{hashlib.sha256(content['files.sha256']).hexdigest()[:12]}\n".encode()
     return content
 
 
@@ -105,7 +115,7 @@ def _board(config: BundleConfig) -> dict[str, bytes]:
         "@MEMORY@": "160M" if config.offload else "200M",
     }
     found = {}
-    for file in BOARD.iterdir():
+    for file in BOARD:
         text = file.read_text()
         for word, value in words.items():
             text = text.replace(word, value)
@@ -113,7 +123,6 @@ def _board(config: BundleConfig) -> dict[str, bytes]:
     return found
 
 
-def _sums(content: dict[str, bytes], under: str) -> bytes:
+def _sums(content: dict[str, bytes]) -> bytes:
     """As ``sha256sum`` writes and checks them."""
-    names = sorted(name for name in content if name.startswith(under))
-    return "".join(f"{hashlib.sha256(content[name]).hexdigest()}  {name}\n" for name in names).encode()
+    return "".join(f"{hashlib.sha256(content[name]).hexdigest()}  {name}\n" for name in sorted(content)).encode()

@@ -84,8 +84,14 @@ def _push(options) -> int:
     config = BundleConfig(facts.target(options.offload), model, options.offload)
     number, size = board.send(contents(config, _cache(config.target)))
     print(f"sent {number} files, {size / 1e6:.1f} MB; what had not changed was there already")
-    print(board.install().strip())
-    table, well = board.doctor(model.folder.name, options.offload)
+    try:
+        print(board.install().strip())
+    except DeployError:
+        if board.release():  # it was installed, and does not start
+            print(board.doctor()[0].rstrip())
+            board.logs()
+        raise
+    table, well = board.doctor()
     print(table.rstrip())
     return 0 if well else 1
 
@@ -109,7 +115,7 @@ def _status(options) -> int:
 
 
 def _logs(options) -> int:
-    return _board(options).attach(f"journalctl --unit vlpg-robot --lines 100 --no-pager {'--follow' * options.follow}")
+    return _board(options).logs(options.follow)
 
 
 def _rollback(options) -> int:

@@ -20,16 +20,19 @@ FREE_MEMORY = {False: 200, True: 160}  # MB, without and with --offload: the rob
 STORE = "/var/lib/vlpg/home.vlpg"  # of the installed robot, as in its unit; for root to read
 LIBC = (2, 28)  # of the system that the locked wheels are made for, at least
 CLOCK = 300.0  # s that the board's may differ by from here
-SSH = "ssh -o ConnectTimeout=10 -o BatchMode=yes"
+SSH = "ssh -o ConnectTimeout=10 -o BatchMode=yes -o ServerAliveInterval=15"
 
 _PROBE = """
 uname -m | sed 's/^/machine /'
 getconf LONG_BIT | sed 's/^/bits /'
 getconf GNU_LIBC_VERSION | sed 's/^glibc /libc /'
-systemctl show --property MemoryCurrent --value vlpg-robot 2>/dev/null | sed 's/^/robot /'
+for pid in $(cat /sys/fs/cgroup/system.slice/vlpg-robot.service/cgroup.procs 2>/dev/null); do
+    awk '/^RssAnon/ { print "robot", int($2 / 1024) }' /proc/$pid/status
+done
 test -e /opt/vlpg/current && echo installed yes
+([ "$(id -u)" = 0 ] || sudo -n true) 2>/dev/null && echo root yes
 (python3.13 -V || true) 2>/dev/null; (python3.11 -V || true) 2>/dev/null; (python3 -V || true) 2>/dev/null
-df -Pm "$HOME" | awk 'NR == 2 { print "disk", $4 }'
+df -Pm "$HOME" /opt 2>/dev/null | awk 'NR > 1 { print "disk", $4 }'
 awk '/^MemAvailable/ { print "memory", int($2 / 1024) }' /proc/meminfo
 awk -F: '/^(Features|flags)/ { print "features" $2; exit }' /proc/cpuinfo
 date +'clock %s'
@@ -44,9 +47,10 @@ class Facts:
     bits: int  # of its programs, which may be 32 on a processor of 64
     libc: tuple[int, int]  # version of glibc; (0, 0) with another C library
     installed: bool  # whether some version of the robot is
+    root: bool  # whether we may act as root without being asked for a password
     pythons: tuple[str, ...]  # of those that bundles are made for
-    disk: float  # MB free
-    memory: float  # MB available, or taken by the robot, which an update ends
+    disk: float  # MB free where the bundle and the robot go
+    memory: float  # MB available, or taken by the robot for itself, which an update ends
     features: frozenset[str]  # of its processor, as its kernel names them
     clock: float  # s since 1970, less here
 
@@ -58,6 +62,8 @@ class Facts:
         if self.bits != 64 or self.libc < LIBC:
             system = f"of {self.bits} bit, with glibc {'.'.join(map(str, self.libc))}"
             raise DeployError(f"the board's system is {system}; it takes one of 64 bit, with glibc 2.28 or newer")
+        if not self.root:
+            raise DeployError("sudo asks for a password there; let it not, or push to root@")
         if not self.pythons:
             raise DeployError(f"the board has no Python {' or '.join(PYTHONS)}; install one of them there")
         if self.disk < disk:
@@ -89,20 +95,23 @@ class Board:
         """Raises DeployError when it cannot be reached."""
         lines = self.run(_PROBE).splitlines()
         values = dict(line.split(" ", 1) for line in lines if " " in line)
-        taken = values.get("robot", "")
         features = next((line.split()[1:] for line in lines if line.startswith("features")), [])
         versions = dict.fromkeys(re.findall(r"^Python (\d+\.\d+)", "\n".join(lines), re.MULTILINE))
-        return Facts(
-            machine=values["machine"],
-            bits=int(values.get("bits", 0)),
-            libc=tuple(int(part) for part in values.get("libc", "0.0").split(".")[:2]),
-            installed="installed" in values,
-            pythons=tuple(version for version in versions if version in PYTHONS),
-            disk=float(values["disk"]),
-            memory=float(values["memory"]) + (int(taken) / 2**20 if taken.isdecimal() else 0.0),
-            features=frozenset(features),
-            clock=float(values["clock"]) - time.time(),
-        )
+        try:
+            return Facts(
+                machine=values["machine"],
+                bits=int(values.get("bits", 0)),
+                libc=tuple(int(part) for part in values.get("libc", "0.0").split(".")[:2]),
+                installed="installed" in values,
+                root=bool(self.root) or "root" in values,
+                pythons=tuple(version for version in versions if version in PYTHONS),
+                disk=min(float(line.split(" ")[1]) for line in lines if line.startswith("disk ")),
+                memory=float(values["memory"]) + float(values.get("robot", 0)),
+                features=frozenset(features),
+                clock=float(values["clock"]) - time.time(),
+            )
+        except (KeyError, ValueError) as error:
+            raise DeployError(f"{self.destination} does not tell what it is ({error}); is it a Linux?") from error
 
     def send(self, content: dict[str, bytes]) -> tuple[int, int]:
         """Make the board's copy of a bundle these files; how many were sent, and their bytes. Raises DeployError."""
@@ -133,12 +142,15 @@ class Board:
         """To the version before. Raises DeployError when there is none."""
         return self._script("--rollback")
 
-    def doctor(self, model: str, offload: bool) -> tuple[str, bool]:
-        """The table of the installed ``vlpg-doctor`` about ``model``, and whether all is well."""
-        options = f"--no-link --model {shlex.quote(model)}" + (" --offload host" if offload else "")
+    def doctor(self) -> tuple[str, bool]:
+        """The table of the installed ``vlpg-doctor``, but for the link, and whether all is well."""
         memory = "" if self.root else f"$([ ! -e {STORE} ] || echo --memory {STORE})"
-        done = self._run(f"{self._sudo}{shlex.quote(self.root)}/opt/vlpg/bin/vlpg-doctor {options} {memory}")
+        done = self._run(f"{self._sudo}{shlex.quote(self.root)}/opt/vlpg/bin/vlpg-doctor --no-link {memory}")
         return done.stdout + done.stderr, done.returncode == 0
+
+    def logs(self, follow: bool = False) -> int:
+        """What the robot wrote last, in this terminal; an exit code."""
+        return self.attach(f"journalctl --unit vlpg-robot --lines 100 --no-pager {'--follow' * follow}")
 
     def bench(self, recording: Path, arguments: list[str]) -> tuple[int, Callable[[], str]]:
         """Run the installed ``vlpg-bench`` on a recording, in this terminal.
@@ -147,7 +159,7 @@ class Board:
         when the recording cannot be sent; one that is there already is not sent again.
         """
         state = "" if self.root else self.run("systemctl is-active vlpg-robot || true").strip()
-        if state == "active":
+        if state in ("active", "activating"):
             raise DeployError("the robot runs there and takes its share; first: sudo systemctl stop vlpg-robot")
         there, report = f"{MEASURED}/{recording.name}", f"{MEASURED}/report.json"
         known = self.run(f"mkdir -p {MEASURED}; rm -f {report}; sha256sum {shlex.quote(there)} 2>/dev/null || true")

@@ -1,9 +1,10 @@
 """What kind of board a bundle is for."""
 
 import configparser
-import re
 from dataclasses import dataclass
 from pathlib import Path
+
+from packaging.requirements import Requirement
 
 MACHINES = ("aarch64", "x86_64")
 PYTHONS = ("3.11", "3.13")
@@ -48,10 +49,10 @@ class Target:
         return self.python.replace(".", "")
 
 
-def requirements() -> list[str]:
-    """What the robot needs, from setup.cfg: ``["numpy>=2.0", …]``. Raises DeployError outside of a clone."""
+def requirements() -> list[Requirement]:
+    """What the robot needs, from setup.cfg. Raises DeployError outside of a clone."""
     lines = _setup()["options"]["install_requires"].splitlines()
-    return [line.strip() for line in lines if line.strip() and not line.strip().startswith("#")]
+    return [Requirement(line) for line in lines if line.strip() and not line.strip().startswith("#")]
 
 
 def version() -> str:
@@ -64,13 +65,3 @@ def _setup() -> configparser.ConfigParser:
     if not setup.read(SETUP):
         raise DeployError("there is no setup.cfg; run vlpg deploy from a clone of the project")
     return setup
-
-
-def distribution(requirement: str) -> str:
-    """Normalized name in a requirement, such as "numpy>=2.0" (PEP 503)."""
-    return normalized(re.split(r"[<>=!~;\[ ]", requirement)[0])
-
-
-def normalized(name: str) -> str:
-    """Of a distribution: one way to write what may be written in several."""
-    return re.sub(r"[-_.]+", "-", name).lower()

@@ -8,8 +8,11 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
 from models.manifest import sha256
-from tools.deploy.target import TOKENIZERS, DeployError, Target, distribution, normalized, requirements
+from tools.deploy.target import TOKENIZERS, DeployError, Target, requirements
 
 _LINE = re.compile(r"(?P<name>[a-z0-9-]+)==(?P<version>\S+) --hash=sha256:(?P<sha256>[0-9a-f]{64})")
 
@@ -30,9 +33,9 @@ def resolve(target: Target) -> list[Locked]:
     """The newest wheels that satisfy setup.cfg on the target, and what they need. Raises DeployError."""
     with tempfile.TemporaryDirectory() as folder:
         wanted = requirements()
-        alone = [requirement for requirement in wanted if distribution(requirement) == TOKENIZERS]
-        _download(target, folder, [requirement for requirement in wanted if requirement not in alone])
-        _download(target, folder, ["--no-deps", *alone])
+        alone = [requirement for requirement in wanted if requirement.name == TOKENIZERS]
+        _download(target, folder, [str(requirement) for requirement in wanted if requirement not in alone])
+        _download(target, folder, ["--no-deps", *map(str, alone)])
         return sorted((_locked(wheel) for wheel in Path(folder).glob("*.whl")), key=lambda locked: locked.name)
 
 
@@ -44,7 +47,7 @@ def write_lock(target: Target, locked: list[Locked]) -> None:
 
 
 def read_lock(target: Target) -> list[Locked]:
-    """What is locked. Raises DeployError when there is no lock, or it lacks something that setup.cfg asks for."""
+    """What is locked. Raises DeployError when there is no lock, or it has not what setup.cfg asks for."""
     how = f"vlpg deploy lock --target {target.machine} --python {target.python}"
     try:
         lines = target.lock.read_text().splitlines()
@@ -54,7 +57,8 @@ def read_lock(target: Target) -> list[Locked]:
     if not all(found):
         raise DeployError(f"{target.lock} is damaged; run: {how}")
     locked = [Locked(**match.groupdict()) for match in found]
-    missing = {distribution(requirement) for requirement in requirements()} - {one.name for one in locked}
+    versions = {one.name: one.version for one in locked}
+    missing = [str(one) for one in requirements() if not _satisfied(one, versions)]
     if missing:
         raise DeployError(f"the lock for {target.name} lacks {', '.join(sorted(missing))}; run: {how}")
     return locked
@@ -77,6 +81,11 @@ def fetch(target: Target, locked: list[Locked], folder: Path) -> list[Path]:
     return wheels
 
 
+def _satisfied(requirement: Requirement, versions: dict[str, str]) -> bool:
+    name = canonicalize_name(requirement.name)
+    return name in versions and requirement.specifier.contains(versions[name], prereleases=True)
+
+
 def _download(target: Target, folder, what: list[str]) -> None:
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check"]
     done = subprocess.run(
@@ -89,7 +98,7 @@ def _download(target: Target, folder, what: list[str]) -> None:
 
 def _locked(wheel: Path) -> Locked:
     name, version, *_ = wheel.name.split("-")
-    return Locked(normalized(name), version, sha256(wheel))
+    return Locked(canonicalize_name(name), version, sha256(wheel))
 
 
 def _check_layout(wheel: Path) -> None:

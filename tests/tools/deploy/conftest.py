@@ -3,6 +3,7 @@
 import zipfile
 
 import pytest
+from packaging.requirements import Requirement
 
 from models.manifest import Manifest, resolve, sha256
 from tools.deploy import target, wheels
@@ -26,7 +27,7 @@ def cache(tmp_path, monkeypatch):
     folder.mkdir()
     made = [make_wheel(folder, name) for name in ("speed", "tokenizers")]
     monkeypatch.setattr(target, "LOCKS", tmp_path / "locks")
-    monkeypatch.setattr(wheels, "requirements", lambda: ["speed>=1", "tokenizers"])
+    monkeypatch.setattr(wheels, "requirements", lambda: [Requirement("speed>=1"), Requirement("tokenizers")])
     wheels.write_lock(Target(), [wheels.Locked(path.name.split("-")[0], "1.0", sha256(path)) for path in made])
     return folder
 

@@ -2,16 +2,20 @@
 
 import json
 import os
+import shutil
 import subprocess
+import sys
 import tarfile
+from dataclasses import replace
 
 import pytest
+from packaging.requirements import Requirement
 
 from models.manifest import ModelError, sha256
 from tests.tools.deploy.conftest import make_wheel
 from tools.deploy import bundle, command, wheels
 from tools.deploy.bundle import BundleConfig, make
-from tools.deploy.target import Target
+from tools.deploy.target import DeployError, Target
 
 
 def unpack(path, folder):
@@ -118,11 +122,22 @@ def test_a_version_that_did_not_start_is_none_to_go_back_to(config, cache, tmp_p
         monkeypatch.setattr(bundle, "version", lambda number=number: f"0.{number}.0")
         tops.append(unpack(make(config, tmp_path / f"a{number}", cache), tmp_path / f"b{number}"))
     base = root / "opt" / "vlpg"
+
+    def version(which):
+        return json.loads((base / which / "about.json").read_text())["version"]
+
     for top in tops:
         assert install(top, root).returncode == 0
         if top == tops[1]:
             (base / "current" / "failed").touch()  # as when the service does not come up
-    assert json.loads((base / "previous" / "about.json").read_text())["version"] == "0.0.0"
+    assert version("previous") == "0.0.0"
+    (base / "current" / "failed").touch()
+    assert install(tops[0], root, "--rollback").returncode == 0 and version("current") == "0.0.0"
+    assert "no version before" in install(tops[0], root, "--rollback").stderr
+    assert install(tops[1], root).returncode == 0 and version("previous") == "0.0.0"
+    (base / "current" / "failed").touch()
+    assert install(tops[0], root).returncode == 0 and version("current") == "0.0.0"
+    assert "no version before" in install(tops[0], root, "--rollback").stderr
 
 
 def test_a_third_version_replaces_the_first(config, cache, tmp_path, monkeypatch):
@@ -152,11 +167,75 @@ def test_what_was_damaged_on_the_board_is_installed_again(config, cache, tmp_pat
     assert install(top, root).returncode == 0 and file.read_text() == "answer = 42\n"
 
 
-def test_a_damaged_bundle_changes_nothing(config, cache, tmp_path):
+@pytest.mark.parametrize("file", ["wheels/speed-1.0-py3-none-any.whl", "app/edge/__init__.py", "files.sha256"])
+def test_a_damaged_bundle_changes_nothing(config, cache, tmp_path, file):
     top = unpack(make(config, tmp_path / "a", cache), tmp_path / "b")
-    (top / "wheels" / "speed-1.0-py3-none-any.whl").write_bytes(b"half a whe")
+    (top / file).write_bytes(b"half a fil")
     done = install(top, tmp_path / "root")
     assert done.returncode == 1 and "copy it again" in done.stderr and not (tmp_path / "root").exists()
+
+
+def test_what_lies_in_the_folder_it_is_called_from_is_not_imported_by_root(config, cache, tmp_path):
+    top = unpack(make(config, tmp_path / "a", cache), tmp_path / "b")
+    for name in ("struct", "zipfile", "compileall"):
+        (tmp_path / f"{name}.py").write_text("open('imported', 'w')\n")
+    command = ["sh", str(top / "install.sh"), "--root", str(tmp_path / "root")]
+    assert subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=120).returncode == 0
+    assert not (tmp_path / "imported").exists()
+    assert (tmp_path / "root" / "opt" / "vlpg" / "current" / "site" / "speed" / "__init__.py").is_file()
+
+
+TOOLS = "sh sha256sum cut cat sed cp mv rm ln find sync touch mkdir chmod readlink dirname"
+
+
+def only(folder, version):
+    """An environment in whose PATH this Python is the only one, and says to a shell that it is of that version."""
+    folder.mkdir()
+    (folder / "python3").write_text(f"""#!/bin/sh
+case "$*" in
+*struct*) echo {version}, 64 bit; exit ;;
+*version_info*) exit {int(version != "3.11")} ;;
+esac
+exec {sys.executable} "$@"
+""")
+    (folder / "python3").chmod(0o755)
+    for tool in TOOLS.split():
+        (folder / tool).symlink_to(shutil.which(tool))
+    return {"PATH": str(folder)}
+
+
+def test_a_card_is_compiled_for_where_there_is_its_python(config, cache, tmp_path):
+    top, root = unpack(make(config, tmp_path / "a", cache), tmp_path / "b"), tmp_path / "root"
+    site = root / "opt" / "vlpg" / "current" / "site" / "speed"
+    command = ["sh", str(top / "install.sh"), "--root", str(root)]
+    for version, compiled in (("3.13", False), ("3.11", True)):
+        environment = only(tmp_path / version, version)
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0 and ("not compiled" in done.stderr) != compiled, done.stderr
+        assert (site / "__pycache__").is_dir() == compiled
+
+
+def test_with_another_python_than_it_was_made_for_it_does_not_run(config, cache, tmp_path):
+    top, root = unpack(make(config, tmp_path / "a", cache), tmp_path / "b"), tmp_path / "root"
+    assert install(top, root).returncode == 0
+    command = ["sh", str(root / "opt" / "vlpg" / "bin" / "vlpg-robot"), "--help"]
+    done = subprocess.run(command, env=only(tmp_path / "3.13", "3.13"), capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and "there is no Python 3.11 any more" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_full_disk_leaves_no_half_of_an_archive(config, cache, tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(bundle, "pack", full)
+    with pytest.raises(OSError, match="No space"):
+        make(config, tmp_path / "out", cache)
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_a_model_whose_name_a_service_would_take_for_two_is_refused(config, cache, tmp_path, model):
+    with pytest.raises(DeployError, match="my model"):
+        make(BundleConfig(Target(), replace(model, folder=tmp_path / "my model")), tmp_path / "out", cache)
 
 
 def test_the_services_user_can_read_what_a_careful_root_installs(config, cache, tmp_path):
@@ -181,8 +260,6 @@ def test_what_cannot_be_done_is_one_sentence(config, cache, tmp_path):
 
 
 def test_a_model_that_is_not_whole_is_not_bundled(cache, tmp_path, model):
-    from dataclasses import replace
-
     with pytest.raises(ModelError, match="missing"):
         make(BundleConfig(Target(), replace(model, folder=tmp_path)), tmp_path / "out", cache)
     assert not (tmp_path / "out").exists()
@@ -195,7 +272,7 @@ def test_the_command(cache, tmp_path, monkeypatch, capsys):
     assert ended.value.code == 0
     printed = capsys.readouterr().out
     assert "aarch64-cp311.tar.gz" in printed and "sha256" in printed
-    monkeypatch.setattr(wheels, "requirements", lambda: ["newcomer"])
+    monkeypatch.setattr(wheels, "requirements", lambda: [Requirement("newcomer")])
     with pytest.raises(SystemExit) as ended:
         command.main(["bundle", "--out", str(tmp_path)])
     assert ended.value.code == 2 and "lacks newcomer" in capsys.readouterr().err

@@ -23,7 +23,7 @@ from tools.deploy.remote import Board, Facts
 from tools.deploy.target import DeployError, Target
 
 SSHD = shutil.which("sshd", path=os.environ["PATH"] + ":/usr/sbin")
-BOARD = Facts("aarch64", 64, (2, 36), False, ("3.11",), 5000.0, 400.0, frozenset({"asimd", "asimddp"}), 0.5)
+BOARD = Facts("aarch64", 64, (2, 36), False, True, ("3.11",), 5000.0, 400.0, frozenset({"asimd", "asimddp"}), 0.5)
 
 
 @pytest.fixture
@@ -96,8 +96,9 @@ def test_only_what_changed_is_sent_and_what_is_gone_is_removed(board, tmp_path):
     assert os.access(tmp_path / "sent" / "c.sh", os.X_OK)
 
 
-def test_it_is_installed_updated_and_taken_back(board, cache, model, monkeypatch):
+def test_it_is_installed_updated_and_taken_back(board, cache, model, monkeypatch, tmp_path):
     assert board.release() == ""
+    installed = tmp_path / "root" / "opt" / "vlpg" / "bin"
     config = BundleConfig(Target(), model, offload=True)
     releases = []
     for number in (1, 2):
@@ -107,8 +108,9 @@ def test_it_is_installed_updated_and_taken_back(board, cache, model, monkeypatch
         releases.append(board.release())
     assert releases[0] != releases[1]
     assert "back at" in board.rollback() and board.release() == releases[0]
-    table, well = board.doctor("lite0-minilm", offload=True)
-    assert not well and "No module named 'zenoh'" in table  # its wheels are not the real ones
+    assert "-m edge.doctor --model lite0-minilm --offload host" in (installed / "vlpg-doctor").read_text()
+    table, well = board.doctor()
+    assert not well and "No module named 'zenoh'" in table and "Traceback" not in table  # its wheels are not real ones
 
 
 def test_the_commands(ssh, cache, tmp_path, monkeypatch, capsys):
@@ -166,6 +168,33 @@ def test_what_cannot_be_measured_there_leaves_no_file(measuring, tmp_path):
     assert code == 2 and "no whole recording" in said
 
 
+def test_what_is_no_linux_is_told(tmp_path):
+    (tmp_path / "ssh").write_text("#!/bin/sh\necho machine x86_64\n")
+    with pytest.raises(DeployError, match="board does not tell what it is"):
+        Board("me@board", f"sh {tmp_path}/ssh").probe()
+
+
+def test_a_robot_that_does_not_start_is_looked_at_by_the_doctor(monkeypatch, cache, capsys):
+    """Its script and its journal are a real board's; here they are what they would say."""
+
+    def fails(self):
+        raise DeployError("the robot does not start")
+
+    told = {"probe": lambda self: BOARD, "send": lambda self, content: (0, 0), "install": fails}
+    told |= {
+        "release": lambda self: "abc",
+        "doctor": lambda self: ("the table\n", False),
+        "logs": lambda self: print("why"),
+    }
+    for name, says in told.items():
+        monkeypatch.setattr(Board, name, says)
+    monkeypatch.setattr(command, "_cache", lambda target: cache)
+    with pytest.raises(SystemExit) as ended:
+        command.main(["push", "me@board"])
+    said = capsys.readouterr()
+    assert ended.value.code == 2 and said.out.endswith("the table\nwhy\n") and "does not start" in said.err
+
+
 def test_who_is_not_there_or_does_not_let_us_in(ssh, tmp_path):
     with pytest.raises(DeployError, match="127.0.0.1"):
         Board("somebody@127.0.0.1", ssh.replace("/client ", "/host ")).probe()
@@ -180,6 +209,7 @@ def test_who_is_not_there_or_does_not_let_us_in(ssh, tmp_path):
         ({"bits": 32}, "of 32 bit"),
         ({"libc": (2, 24)}, "glibc 2.24"),
         ({"pythons": ()}, "no Python 3.11 or 3.13"),
+        ({"root": False}, "sudo asks for a password"),
         ({"disk": 100.0}, "100 MB of disk"),
         ({"memory": 50.0}, "50 MB of memory"),
         ({"clock": -86400.0}, "-86400 s off"),

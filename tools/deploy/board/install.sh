@@ -41,15 +41,16 @@ if [ -n "$rollback" ]; then
     [ -n "$root" ] || "$base/$before/bin/vlpg-robot" --help >/dev/null ||
         fail "the version before does not run here any more; it was made for $(cat "$base/$before/about.json")"
     point "$base/current" "$before"
-    point "$base/previous" "$now"
+    if [ -e "$base/$now/failed" ]; then rm "$base/previous"; else point "$base/previous" "$now"; fi
     activate
     echo "back at ${before#releases/}"
     exit
 fi
 
-# The first Python that runs: a name in the PATH may be a version manager's, of one that is not there.
+# The first Python that runs: a name in the PATH may be a version manager's, of one that is not there. -I: this is root,
+# and what lies in the folder it stands in is not to be imported.
 for python in python@PYTHON@ python3 none; do
-    found=$("$python" -c 'import struct, sys; print("%d.%d," % sys.version_info[:2], 8 * struct.calcsize("P"), "bit")' 2>/dev/null) && break
+    found=$("$python" -I -c 'import struct, sys; print("%d.%d," % sys.version_info[:2], 8 * struct.calcsize("P"), "bit")' 2>/dev/null) && break
 done
 [ "$python" != none ] || fail "there is no Python; install python@PYTHON@"
 if [ -z "$root" ]; then
@@ -60,32 +61,45 @@ fi
 release=$(cat "$here/release")
 folder=$base/releases/$release
 if ! [ -e "$folder/complete" ] || ! (cd "$folder" && sha256sum --quiet --check sums) >/dev/null 2>&1; then
-    (cd "$here" && sha256sum --quiet --check wheels.sha256) || fail "the bundle is damaged; copy it again"
+    [ "$(sha256sum < "$here/files.sha256" | cut -c 1-12)" = "$release" ] &&
+        (cd "$here" && sha256sum --quiet --check files.sha256) || fail "the bundle is damaged; copy it again"
     trap 'rm -rf "$folder"' EXIT  # a half takes room, and is of no use
     rm -rf "$folder"
     mkdir -p "$folder/site" "$folder/bin"
     for wheel in "$here"/wheels/*.whl; do
-        "$python" -m zipfile -e "$wheel" "$folder/site"
+        "$python" -I -m zipfile -e "$wheel" "$folder/site"
     done
     cp -R "$here/app" "$here/about.json" "$here/release.env" "$here/vlpg-robot.service" "$folder/"
     for part in node:vlpg-robot doctor:vlpg-doctor bench:vlpg-bench reindex:vlpg-reindex; do
+        made=  # the doctor is asked about this release; your own options come after, and win
+        [ "$part" != doctor:vlpg-doctor ] || made=$(sed -n 's/^VLPG_RELEASE=//p' "$here/release.env")
         cat > "$folder/bin/${part#*:}" <<END
 #!/bin/sh
 # The installed robot's own packages and no others. Telemetry of ONNX Runtime off, one thread for BLAS, and without the
 # documentation in the code, which takes 2 MB.
 here=\$(CDPATH= cd -P -- "\$(dirname -- "\$0")" && cd .. && pwd -P)
 export PYTHONPATH=\$here/app:\$here/site ORT_DISABLE_TELEMETRY=1 OPENBLAS_NUM_THREADS=1
-exec "\$(command -v python@PYTHON@ || command -v python3)" -OO -s -P -m edge.${part%:*} "\$@"
+python=\$(command -v python@PYTHON@) || python=\$(command -v python3) &&
+    "\$python" -I -c 'import sys; sys.exit(sys.version_info[:2] != tuple(map(int, "@PYTHON@".split("."))))' || {
+    echo "\$0: there is no Python @PYTHON@ any more; install it, or the bundle for the Python that there is" >&2
+    exit 2
+}
+exec "\$python" -OO -s -P -m edge.${part%:*} $made "\$@"
 END
         chmod 755 "$folder/bin/${part#*:}"
     done
     (cd "$folder" && find . -type f ! -name sums -exec sha256sum {} +) > "$folder.sums"
     mv "$folder.sums" "$folder/sums"
-    # A package may carry files for other Pythons. One file at a time: a robot may be running beside it.
-    "$python" -m compileall -q -o 2 "$folder/site" "$folder/app" >/dev/null || true
     sync -f "$folder"  # or a power cut may leave a complete version of empty files
     touch "$folder/complete"
     trap - EXIT
+fi
+if [ "$found" != "@PYTHON@, 64 bit" ]; then
+    echo "install.sh: without a Python @PYTHON@ here the code is not compiled; until this is run on the board, too, the robot takes longer to start, and more memory" >&2
+elif ! [ -e "$folder/compiled" ]; then
+    # A package may carry files for other Pythons. One file at a time: a robot may be running beside it.
+    "$python" -I -m compileall -q -o 2 "$folder/site" "$folder/app" >/dev/null || true
+    touch "$folder/compiled"
 fi
 
 mkdir -p "$root/etc/vlpg" "$root/etc/systemd/system/multi-user.target.wants" "$root/etc/sysusers.d"
@@ -102,6 +116,7 @@ now=$(readlink "$base/current" || true)
 if [ "$now" != "releases/$release" ]; then
     [ -z "$now" ] || [ -e "$base/current/failed" ] || point "$base/previous" "$now"
     point "$base/current" "releases/$release"
+    [ "$(readlink "$base/previous" || true)" != "releases/$release" ] || rm "$base/previous"
 fi
 [ -L "$base/bin" ] || rm -rf "$base/bin"
 point "$base/bin" current/bin
