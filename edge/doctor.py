@@ -133,7 +133,7 @@ def store(path: Path, digest: str | None) -> Iterator[Finding]:
         yield Finding("store", f"{path} is not yours to read", "run the doctor with sudo")
         return
     try:
-        db = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+        db = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
         try:
             damage = db.execute("PRAGMA quick_check(1)").fetchone()[0]
             meta = dict(db.execute("SELECT key, value FROM meta"))
@@ -216,9 +216,12 @@ def _unseen(error: ImportError) -> Finding:
 def main(arguments=None):
     """``python -m edge.doctor``. Exit code 1: something is bad."""
     bad = 0
-    for finding in _everything(arguments):
-        bad += bool(finding.remedy)
-        print(finding, flush=True)
+    try:
+        for finding in _everything(arguments):
+            bad += bool(finding.remedy)
+            print(finding, flush=True)
+    except KeyboardInterrupt:
+        raise SystemExit(130) from None
     raise SystemExit(1 if bad else 0)
 
 

@@ -83,7 +83,7 @@ class Node:
         self._asked_by: Exchange | None = None  # who waits for the mission to end
         self._object = ""  # what is being looked for
         self._started = self._driven = 0.0  # stamp and odometer when the mission began
-        self._outcome = self._problem = self._blind = ""
+        self._outcome = self._problem = self._unsaved = self._blind = ""
         self._frame = None  # the newest picture
         self._camera_known = False  # whether the base has announced its camera
         self._path = deque(maxlen=20_000)  # 1 km
@@ -157,7 +157,6 @@ class Node:
             self._blind = f"there is no camera_info for pictures of {cols} x {rows}, so they are not looked at"
             return False
         self.robot.camera, self._camera_known, self._blind = camera, True, ""
-        self.robot.memory.note_camera(camera.hfov)
         return True
 
     def _follow(self):
@@ -172,9 +171,7 @@ class Node:
             self._outcome = outcome.status
             reply = find_reply(self._object, outcome, self.robot, self._frame)
         else:
-            if outcome.complete:
-                self.robot.memory.mark_mapped()
-                self.mapped = True
+            self.mapped |= outcome.complete
             self._straighten()
             reply = tour_reply(outcome, self.robot)
             self._outcome = "mapped" if outcome.complete else f"mapped in part: {reply.status}"
@@ -184,7 +181,7 @@ class Node:
 
     def _straighten(self):
         """With a host at hand, let the whole graph decide where its nodes are."""
-        if not self._hosts.alive:
+        if not self._hosts.alive or self.robot.encoder.mode == "never":
             return
         self.base.command(STOP)
         try:
@@ -204,6 +201,7 @@ class Node:
         self._problem = problem
         if self._mission is None:
             return
+        self._outcome = "failed"
         self.base.command(STOP)
         if self._asked_by is not None:
             self._asked_by.refuse(problem)
@@ -220,11 +218,16 @@ class Node:
         try:
             if whole:
                 memory.save_map(self.robot.grid.to_bytes())
+                if self._camera_known:
+                    memory.note_camera(self.robot.camera.hfov)
+                if self.mapped:
+                    memory.mark_mapped()
             else:
                 memory.flush()
+            self._unsaved = ""
         except sqlite3.Error as error:
-            self._problem = f"the memory cannot be saved ({error}); is the disk full?"
-            log.error("%s", self._problem)
+            self._unsaved = f"the memory cannot be saved ({error}); is the disk full?"
+            log.error("%s", self._unsaved)
 
     def _find(self, request, exchange):
         self._be_ready()
@@ -281,17 +284,17 @@ class Node:
             memory=self._memory.now,
             peak_memory=self._memory.peak,
             encoder=encoder.name,
-            offload=getattr(encoder, "mode", "never"),
+            offload=encoder.mode,
             host_alive=bool(self._hosts.alive),
             step_time=statistics.median(self._steps) if self._steps else 0.0,
             late=self._late,
             object=self._object,
             outcome=self._outcome,
-            problem=self._problem or self._missing() or self.base.problem,
+            problem="; ".join(filter(None, (self._problem, self._unsaved, self._missing() or self.base.problem))),
         )
 
     def _missing(self):
-        """What the robot lacks to work, for people; empty if nothing."""
+        """What the robot lacks to work now, for people; empty if nothing."""
         if self.base.age > self.config.gone:
             return "the base sends no odometry"
         if silent := self.base.silent:

@@ -24,7 +24,9 @@ def reindex_store(store: Path, model: str | None) -> tuple[str, Reindexed]:
     encoder = Encoder(manifest, text=False)
 
     def embed(jpeg: bytes, hfov: float):
-        bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+        bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) if jpeg else None
+        if bgr is None:
+            return None
         return to_remember(look_closely(encoder, cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), hfov=hfov))
 
     return encoder.name, reindex(store, encoder.name, encoder.digest, encoder.dim, embed)
@@ -42,6 +44,8 @@ def main(arguments: list[str] | None = None) -> None:
         name, nodes = reindex_store(options.store, options.model)
     except (StoreError, ModelError) as error:
         parser.exit(2, f"vlpg reindex: {error}\n")
+    except KeyboardInterrupt:
+        parser.exit(130, f"\nvlpg reindex: stopped; {options.store} is as it was\n")
     print(f"{options.store} is now {name}'s: {nodes.embedded} nodes looked at again, {nodes.withdrawn} withdrawn")
 
 

@@ -120,8 +120,7 @@ class Robot:
         """
         before, after = self.memory.poses(ids), np.asarray(poses, float)
         grid, column, row = self.grid.moved(before, after)
-        self.memory.move(ids, after, covariances)
-        self.memory.save_map(grid.to_bytes())
+        self.memory.move(ids, after, covariances, grid.to_bytes())
         self.grid = grid
         self.movers = MoverTracker()  # where they were is not where they are in this map
         self.coverage.move(grid.frame, column, row)

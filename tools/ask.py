@@ -141,8 +141,9 @@ def _parser() -> argparse.ArgumentParser:
         add_link_arguments(question)
     find = questions.choices["find"]
     find.add_argument("words", nargs="+", metavar="OBJECT", help='what to find, such as "the teddy bear"')
-    find.add_argument("--search", action="store_true", help="look at guesses too; answer with the best")
-    find.add_argument("--explore", action="store_true", help="do not ask the memory; explore, as in a home never seen")
+    where = find.add_mutually_exclusive_group()
+    where.add_argument("--search", action="store_true", help="look at guesses too; answer with the best")
+    where.add_argument("--explore", action="store_true", help="do not ask the memory; explore, as in a home never seen")
     find.add_argument("--picture", type=Path, metavar="FILE", help="write the robot's last picture, with its box")
     return parser
 
@@ -154,6 +155,10 @@ def main(arguments: list[str] | None = None) -> None:
         words = " ".join(options.words).strip() if options.question == "find" else ""
         if options.question == "find" and not words:
             raise AskError('say what to find, for example: vlpg find "the teddy bear"')
+        if not words.isprintable() and options.question == "find":
+            raise AskError("write the object's name in letters that the terminal's encoding has, UTF-8 as a rule")
+        if options.question == "find" and options.picture and not options.picture.parent.is_dir():
+            raise AskError(f"there is no folder {options.picture.parent} to write {options.picture.name} into")
         with open_session(link_config(options)) as session:
             robot = RobotClient(session, options.name)
             if options.question == "find":

@@ -213,10 +213,18 @@ def models_verify(
     raise typer.Exit(DIFFERS if differs else 0)
 
 
-def _manifests(name: str | None):
-    from models.manifest import Manifest, folders, resolve
+def _manifests(name: str | None) -> Iterator:
+    """The model of that name, or all that are at hand; of those that cannot be read it is said on stderr."""
+    from models.manifest import Manifest, ModelError, folders, resolve
 
-    return [Manifest.load(folder) for folder in (folders().values() if name is None else [resolve(name)])]
+    if name is not None:
+        yield Manifest.load(resolve(name))
+        return
+    for folder in folders().values():
+        try:
+            yield Manifest.load(folder)
+        except ModelError as error:
+            typer.echo(f"vlpg: {error}", err=True)
 
 
 if __name__ == "__main__":

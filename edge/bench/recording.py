@@ -6,6 +6,7 @@ read from front to back, without an index, so that it costs the robot that is me
 
 from collections.abc import Iterator
 from pathlib import Path
+from tokenize import TokenError
 
 import cv2
 import numpy as np
@@ -94,7 +95,7 @@ class Recording:
     def _load(self, file) -> np.ndarray:
         try:
             return np.lib.format.read_array(file)
-        except (ValueError, EOFError) as error:
+        except (ValueError, EOFError, SyntaxError, TokenError, SystemError) as error:  # its head is Python's own syntax
             raise self._damaged() from error
 
     def _damaged(self) -> RecordingError:

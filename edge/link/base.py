@@ -32,6 +32,7 @@ class BaseConfig:
     wait_for_scan: float = 0.05  # s that a due observation waits for a scan; a slower lidar does not slow control down
     same_picture: float = 0.02  # s between the stamps of colour and depth of one picture; half a frame at 25 Hz
     remembered: int = 100  # odometry messages kept to interpolate in: 2 s at 50 Hz
+    halves: int = 10  # pictures of colour, or of depth, that wait for the other: 0.3 s at 30 Hz
     quiet: float = 1.0  # s of the base's clock without a scan or a picture, after which a robot should not drive on
     restarted: float = 1.0  # s; a clock that jumps back by more belongs to a base that was restarted
     leap: float = 0.3  # m that odometry errs by from one message to the next, and
@@ -61,7 +62,7 @@ class Base:
         self._twist = np.zeros(2)
         self._last = self._last_scan = self._last_frame = -np.inf  # stamps of what was last handed out
         self._first = np.inf  # of the first odometry
-        self._colors, self._depths = deque(maxlen=3), deque(maxlen=3)  # (stamp, payload) not handed out yet
+        self._colors, self._depths = (deque(maxlen=self.config.halves) for _ in range(2))  # (stamp, payload)
         self._pressed = False  # what the bumper said last
 
     @property
@@ -74,6 +75,11 @@ class Base:
         """Which sensor has been silent for too long to drive on, for people; empty if none."""
         for sensor, last in (("lidar", self._last_scan), ("camera", self._last_frame)):
             if self._last - max(last, self._first) > self.config.quiet:
+                come = all(
+                    half and half[-1][0] > self._last - self.config.quiet for half in (self._colors, self._depths)
+                )
+                if sensor == "camera" and come:
+                    return "the camera's colour and depth pictures do not belong together: no two have nearly one stamp"
                 return f"the {sensor} sends nothing, or with stamps that are not of the odometry's clock"
         return ""
 
@@ -177,6 +183,9 @@ class Base:
                 if pairs:
                     self._last_frame = stamp
                     depth = min(pairs, key=lambda pair: abs(pair[0] - stamp))[1]
+                    for waiting in (self._colors, self._depths):
+                        while waiting and waiting[0][0] <= stamp:
+                            waiting.popleft()
                     frame = self._decode_frame(stamp, color, depth, odom)
                     self._problems.pop("camera", None)
                     return frame

@@ -2,6 +2,7 @@
 
 import logging
 import queue
+import time
 
 import zenoh
 
@@ -23,6 +24,7 @@ def ask(session, key, request, reply_kind, timeout):
         RequestError: the other side refused; the message is its own.
         NoAnswer: nobody serves the key, or not within ``timeout`` seconds.
     """
+    started = time.monotonic()
     for reply in session.get(key, payload=pack(request), timeout=timeout):
         if reply.ok is not None:
             return unpack(reply_kind, reply.ok.payload.to_bytes())
@@ -32,7 +34,10 @@ def ask(session, key, request, reply_kind, timeout):
         except RequestError:  # zenoh's own, e.g. "Timeout"
             continue
         raise RequestError(refusal.message, refusal.field)
-    raise NoAnswer(f"no answer from {key} within {timeout:g} s; is it running, and do --connect and --listen agree?")
+    waited = time.monotonic() - started
+    if waited < timeout:  # zenoh knows of nobody else whom to wait for
+        raise NoAnswer(f"nobody serves {key}; is it running, and do --connect and --listen agree?")
+    raise NoAnswer(f"no answer from {key} within {timeout:g} s; it may be busy, or gone")
 
 
 class Exchange:

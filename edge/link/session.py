@@ -27,8 +27,11 @@ class ToldToStop(LinkError):
 
 
 def key_root(text):
-    """A robot's name, for argparse: a key of zenoh, as ``robot1`` or ``lab/robot1``."""
-    if not re.fullmatch(KEY, text):
+    """A robot's name, for argparse: a key of zenoh, as ``robot1`` or ``lab/robot1``.
+
+    Not one with an ``@``, which zenoh's wildcards leave out, or in the hosts' own name space.
+    """
+    if not re.fullmatch(KEY, text) or text.startswith("@") or "/@" in text or text.split("/")[0] == "host":
         raise argparse.ArgumentTypeError(f"{text!r} is no name; take one such as robot1, without slashes at its ends")
     return text
 
@@ -76,7 +79,8 @@ class LinkConfig:
 
 
 def add_link_arguments(parser: argparse.ArgumentParser):
-    """Adds the flags of zenoh's examples to ``parser``; ``link_config`` reads them."""
+    """Adds the flags of zenoh's examples to ``parser``, in full; ``link_config`` reads them."""
+    parser.allow_abbrev = False  # the vlpg command, which adds them where there are none, knows no others
     many = {"action": "append", "default": [], "metavar": "ENDPOINT"}
     parser.add_argument("--connect", "-e", help="endpoint to connect to, e.g. tcp/192.168.1.5:7447", **many)
     parser.add_argument("--listen", "-l", help="endpoint to listen on, e.g. tcp/0.0.0.0:7447", **many)

@@ -13,6 +13,9 @@ SCHEMA = 3
 READABLE = ("1", "2", "3")  # 1 had no scans, 2 no tours and reaches
 PER_NODE = 4  # most embeddings of one node; embedding.id = PER_NODE * node + region
 
+# In SQLite's words, what keeps a whole store from being used.
+_NOT_ITS_FAULT = "locked", "readonly", "full", "unable to open", "disk I/O"
+
 _TABLES = """
 CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT NOT NULL);  -- id: of this memory; mapped: whether to the end
 CREATE TABLE node(id INTEGER PRIMARY KEY, stamp REAL NOT NULL, x REAL NOT NULL, y REAL NOT NULL, theta REAL NOT NULL,
@@ -88,6 +91,9 @@ def connect(path, encoder_name, encoder_digest, dim):
         db.executescript("PRAGMA synchronous=NORMAL; PRAGMA cache_size=-256; PRAGMA wal_autocheckpoint=64;")
     except sqlite3.Error as error:
         db.close()
+        if any(word in str(error) for word in _NOT_ITS_FAULT):
+            hint = "check that no other program uses it, that it may be written, and that the disk has room"
+            raise StoreError(f"{path} cannot be used ({error}); {hint}") from error
         raise StoreError(
             f"{path} is not a readable VLPG store ({error}); it was left as it is: "
             "move it away to map anew, or restore a copy"
@@ -107,7 +113,7 @@ def _check(db, path, wanted):
     if meta.get("schema") not in READABLE:
         raise StoreError(
             f"{path} has schema {meta.get('schema')}, and this version reads {' and '.join(READABLE)}; "
-            "open it with the version that made it, or put back the copy beside it that this one made, *.schema-N"
+            "open it with the version that made it, or put back the older copy beside it, *.schema-N"
         )
     if any(meta.get(key) != wanted[key] for key in ("encoder", "digest", "dim")):
         raise EncoderMismatch(

@@ -69,12 +69,18 @@ class Vlpg:
             StoreError: the file is no store, damaged, not accessible or open already; it is left as it is.
             EncoderMismatch: the store was made with another encoder; the message names ``vlpg reindex``.
         """
-        lock = lock_store(path)
+        lock, db = lock_store(path), None
         try:
-            return cls(connect(path, encoder_name, encoder_digest, dim), lock, dim, config or VlpgConfig())
-        except StoreError:
+            db = connect(path, encoder_name, encoder_digest, dim)
+            return cls(db, lock, dim, config or VlpgConfig())
+        except (StoreError, sqlite3.Error, ValueError, TypeError) as error:
+            if db is not None:
+                db.close()
             lock.close()
-            raise
+            if isinstance(error, StoreError):
+                raise
+            hint = "move it away to map anew, or restore a copy"
+            raise StoreError(f"{path} is a VLPG store whose content is damaged ({error}): {hint}") from error
 
     def __len__(self):
         """Number of nodes that answer queries."""
@@ -212,8 +218,10 @@ class Vlpg:
         """Poses ``(N, 3)`` of nodes, superseded ones too. Raises IndexError for an id that does not exist."""
         return self._nodes.poses[self._nodes.rows(ids)]
 
-    def move(self, ids, poses, covariances=None):
+    def move(self, ids, poses, covariances=None, grid=None):
         """Corrects the ``poses (N, 3)`` (and covariances (N, 3, 3)) of nodes in place.
+
+        ``grid``: the bytes of the map that fits them, which is kept with them or not at all.
 
         Raises IndexError for an id that does not exist, and ValueError unless there are as many finite poses, and
         covariances if any. Nothing is changed then.
@@ -226,6 +234,8 @@ class Vlpg:
         with self._writing():
             self._table.move(self._nodes.ids[rows], poses, covariances)
             self._nodes.poses[rows] = poses
+            if grid is not None:
+                self._keep_map(grid)
             self.flush()
 
     def supersede(self, node, by=None):
@@ -274,7 +284,7 @@ class Vlpg:
     def save_map(self, data):
         """Keeps the occupancy map's bytes with the graph, at once: a map is saved when it is worth keeping."""
         with self._writing():
-            self._db.execute("INSERT OR REPLACE INTO map VALUES (0, ?)", (data,))
+            self._keep_map(data)
             self.flush()
 
     def load_map(self):
@@ -348,6 +358,9 @@ class Vlpg:
     def _meta(self, key):
         row = self._db.execute("SELECT value FROM meta WHERE key=?", (key,)).fetchone()
         return row and row[0]
+
+    def _keep_map(self, data):
+        self._db.execute("INSERT OR REPLACE INTO map VALUES (0, ?)", (data,))
 
     def _note(self, key, value):
         with self._writing():

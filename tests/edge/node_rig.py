@@ -33,7 +33,7 @@ class FakeRobot:
     """Believes odometry, and has room for what the node reports."""
 
     def __init__(self):
-        self.encoder = SimpleNamespace(name="tower", digest="abc", dim=4)
+        self.encoder = SimpleNamespace(name="tower", digest="abc", dim=4, mode="auto")
         self.memory = Vlpg.open(":memory:", "tower", "abc", 4)
         self.camera, self.grid = CameraModel(), OccupancyGrid()
         self.coverage = SimpleNamespace(viewed=np.zeros((0, 0), np.uint8))

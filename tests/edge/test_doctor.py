@@ -100,6 +100,12 @@ def test_a_whole_store_of_the_model(tmp_path):
     assert not finding.remedy and "0 nodes of tower" in finding.found
 
 
+@pytest.mark.parametrize("name", ["a#b.vlpg", "a?b.vlpg", "a%20b.vlpg"])
+def test_a_store_of_any_name_is_read(tmp_path, name):
+    (finding,) = doctor.store(store_of(tmp_path / name), "abc")
+    assert not finding.remedy and not (tmp_path / "a").exists()  # nothing is made of a part of the name
+
+
 def test_a_store_of_somebody_else_is_not_called_damaged(tmp_path, monkeypatch):
     path = store_of(tmp_path / "home.vlpg")
     monkeypatch.setattr(doctor.os, "access", lambda *_: False)

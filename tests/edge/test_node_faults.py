@@ -120,11 +120,23 @@ def test_what_an_idle_robot_sees_is_committed_now_and_then(rig, monkeypatch):
     assert rig.robot.memory.load_map() is None  # which has not changed
 
 
-def test_a_full_disk_at_the_first_picture_does_not_end_the_process(rig, monkeypatch, caplog):
-    def full(hfov):
-        raise sqlite3.OperationalError("database or disk is full")
+def test_what_a_full_disk_did_not_take_is_saved_when_it_has_room_again(rig, monkeypatch, caplog):
+    full = True
 
-    monkeypatch.setattr(Vlpg, "note_camera", lambda memory, hfov: full(hfov))
-    rig = rig(missions(map_steps=10**6))
-    rig.until(lambda: "disk is full" in rig.status().problem)
-    assert rig.status().state == "idle"
+    def limited(write):
+        def maybe(memory, *what):
+            if full:
+                raise sqlite3.OperationalError("database or disk is full")
+            write(memory, *what)
+
+        return maybe
+
+    for name in ("note_camera", "mark_mapped", "save_map", "flush"):
+        monkeypatch.setattr(Vlpg, name, limited(getattr(Vlpg, name)))
+    rig = rig(missions(map_steps=30))
+    rig.until(lambda: rig.status().outcome == "mapped" and "disk is full" in rig.status().problem)
+    full = False
+    assert rig.ask("find", requests.Find("teddy bear"), requests.FindReply).status == "found"
+    rig.until(lambda: not rig.status().problem)
+    memory = rig.robot.memory
+    assert memory.mapped and memory.load_map() and memory._meta("hfov") == repr(rig.robot.camera.hfov)

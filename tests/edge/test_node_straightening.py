@@ -41,3 +41,14 @@ def test_without_a_host_the_graph_stays_as_it_is(rig, monkeypatch):
     robot = rig(missions())
     robot.until(lambda: robot.status().state == "idle")
     assert robot.status().outcome == "mapped" and not asked
+
+
+def test_who_is_never_to_ask_a_host_does_not_ask_it_for_this(rig, sessions, monkeypatch):
+    asked = []
+    monkeypatch.setattr("edge.node.straighten", lambda *given: asked.append(given) or carry_ahead(*given))
+    host = declare_alive(sessions[1], "host/alive/test")
+    robot = rig(missions(map_steps=30))
+    robot.robot.encoder.mode = "never"
+    robot.until(lambda: robot.status().host_alive and robot.status().state == "idle")
+    assert robot.status().outcome == "mapped" and not asked
+    host.undeclare()

@@ -4,6 +4,7 @@ import sqlite3
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from edge.camera import CameraModel
 from edge.memory.store import Vlpg
@@ -159,3 +160,20 @@ def test_a_node_keeps_its_picture():
     robot, _ = make_robot()
     robot.perceive(observation(0.1))
     assert robot.memory.keyframe(0)[:2] == b"\xff\xd8"
+
+
+def test_a_graph_whose_map_cannot_be_kept_moves_neither(monkeypatch):
+    robot, _ = make_robot()
+    robot.perceive(observation(0.1))
+    robot.memory.flush()
+    (node,) = robot.memory.ids
+    before, grid = robot.memory.poses([node]), robot.grid
+
+    def full(data):
+        raise sqlite3.OperationalError("database or disk is full")
+
+    monkeypatch.setattr(robot.memory, "_keep_map", full)
+    with pytest.raises(sqlite3.OperationalError):
+        robot.correct([node], before + [0.3, 0.0, 0.0], np.eye(3)[None])
+    np.testing.assert_array_equal(robot.memory.poses([node]), before)
+    assert robot.grid is grid

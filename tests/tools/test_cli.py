@@ -99,6 +99,23 @@ def test_an_empty_question(words):
     assert complains(vlpg("find", words), "say what to find")
 
 
+def test_a_picture_that_could_not_be_kept_is_not_driven_for(tmp_path):
+    assert complains(vlpg("find", "plant", "--picture", str(tmp_path / "none" / "a.png")), "there is no folder")
+
+
+def test_a_search_is_in_memory_or_in_the_unknown():
+    done = vlpg("find", "plant", "--search", "--explore")
+    assert done.returncode == 2 and "not allowed with" in done.stderr
+
+
+def test_a_home_or_a_step_that_does_not_exist_is_told_at_once(tmp_path):
+    assert complains(vlpg("eval", "find", "--homes", "generated:0-98,appartment"), "appartment")
+    done = vlpg("eval", "overlay", "cottage", "plant", str(tmp_path / "a.png"), "--step", "0")
+    assert done.returncode == 2 and "at least 1" in done.stderr
+    done = vlpg("eval", "find", "--methods", "")
+    assert done.returncode == 2 and "no method is named" in done.stderr
+
+
 def test_an_unknown_mode(nowhere):
     done = vlpg("status", *nowhere[:2], "--mode", "emperor")
     assert done.returncode == 2 and "'peer', 'client', 'router'" in done.stderr and "emperor" in done.stderr

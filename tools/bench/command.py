@@ -29,6 +29,7 @@ def usual_recording(model: str) -> Path:
 
         print(f"recording a tour and searches in the {record.HOME}, once: {file}", file=sys.stderr)
         whole = file.with_suffix(".part")
+        file.parent.mkdir(parents=True, exist_ok=True)
         record.record(whole, record.HOME, record.OBJECTS, model)
         whole.rename(file)
     return file

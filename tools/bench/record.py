@@ -22,9 +22,10 @@ HOME, OBJECTS = "apartment", ("plant", "radiator")
 def record(path: Path, home: str, objects, model: str = DEFAULT, seed: int = 0) -> None:
     """Tour ``home``, then look for each of ``objects``, and write what was observed on the way.
 
-    Raises HouseError and ModelError for names that do not exist.
+    Raises HouseError and ModelError for names that do not exist, ValueError for an object without one.
     """
     world, encoder = World(load_home(home), seed), Encoder.load(model)
+    targets = {name: Target.of(name, encoder) for name in objects}
     observations, questions = [world.step(None)], []
     with Vlpg.open(":memory:", encoder.name, encoder.digest, encoder.dim) as memory:
         robot = Robot(encoder, memory, world.config.camera_model)
@@ -32,11 +33,10 @@ def record(path: Path, home: str, objects, model: str = DEFAULT, seed: int = 0) 
         for name in (None, *objects):
             if name is not None:
                 questions.append((len(observations) - 1, name))
-                mission = FindObject(robot, Target.of(name, encoder), search_unknown=True)
+                mission = FindObject(robot, targets[name], search_unknown=True)
             while not mission.done:
                 observations.append(world.step(mission.step(observations[-1])))
     prompts = {prompt: encoder.encode_text([prompt])[0] for name in objects for prompt in contrast(name)}
-    path.parent.mkdir(parents=True, exist_ok=True)
     write(path, observations[:-1], questions, prompts)
 
 
@@ -49,10 +49,14 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--model", default=DEFAULT, help="name or folder of the encoder (default: %(default)s)")
     parser.add_argument("--seed", type=seed, default=0, help="of all noise (default: %(default)s)")
     options = parser.parse_args(arguments)
+    if not options.file.parent.is_dir():
+        parser.error(f"there is no folder {options.file.parent} to write {options.file.name} into")
     try:
         record(options.file, options.home, options.objects, options.model, options.seed)
-    except (HouseError, ModelError, OSError) as error:
+    except (HouseError, ModelError, OSError, ValueError) as error:
         parser.exit(2, f"vlpg bench record: {error}\n")
+    except KeyboardInterrupt:
+        parser.exit(130, "")
     print(f"{options.file}: {options.file.stat().st_size / 1e6:.0f} MB")
 
 

@@ -49,7 +49,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
     options = parser.parse_args(arguments)
     counts = options.vectors.split(",")
-    if not all(count.isdigit() and int(count) >= HITS for count in counts):
+    if not all(count.isdecimal() and int(count) >= HITS for count in counts):
         parser.error(f"--vectors takes numbers of at least {HITS}, comma-separated, not {options.vectors!r}")
     if options.turns < 1:
         parser.error("--turns must be at least 1")

@@ -89,7 +89,10 @@ class Board:
         if not re.fullmatch(r"[^\s-]\S*", destination):
             raise DeployError(f"{destination!r} is no destination; write user@board")
         self.destination, self.root = destination, root
-        self._command = [*shlex.split(ssh), destination]
+        try:
+            self._command = [*shlex.split(ssh), destination]
+        except ValueError as error:
+            raise DeployError(f"--ssh {ssh!r} is no command ({error})") from None
 
     def probe(self) -> Facts:
         """Raises DeployError when it cannot be reached."""

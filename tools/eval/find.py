@@ -60,8 +60,8 @@ def main(arguments: list[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     try:
         methods = some_of(METHODS, options.methods, "method")
-        disturbances = some_of(DISTURBANCES, options.disturb, "disturbance")
-        truths = some_of(TRUTHS, options.truth, "part")
+        disturbances = some_of(DISTURBANCES, options.disturb, "disturbance") if options.disturb else ()
+        truths = some_of(TRUTHS, options.truth, "part") if options.truth else ()
     except ValueError as error:
         parser.error(str(error))
     check(parser, options)

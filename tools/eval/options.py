@@ -6,7 +6,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from firmware_sim.home import GENERATED
+from firmware_sim.home import GENERATED, load_home
 from firmware_sim.house import HOMES, HouseError
 from firmware_sim.seed import seed
 from models.manifest import DEFAULT
@@ -77,9 +77,11 @@ def homes_named(text: str) -> list[str]:
 def some_of(known, text: str, kind: str) -> tuple[str, ...]:
     """The ones of ``known`` that ``text`` names, separated by commas, or all of them for "all".
 
-    Raises ValueError for a name that is not among them.
+    Raises ValueError for a name that is not among them, or for none at all.
     """
     named = tuple(known) if text == "all" else tuple(filter(None, text.split(",")))
+    if not named:
+        raise ValueError(f"no {kind} is named; there are {', '.join(known)}")
     for name in named:
         if name not in known:
             raise ValueError(f"there is no {kind} {name}; there are {', '.join(known)}")
@@ -95,6 +97,9 @@ def results(plan: Plan, options) -> list:
     from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 
     homes, found = homes_named(options.homes), []
+    for home in homes:
+        if not home.removeprefix(GENERATED).isdecimal():
+            load_home(home)  # that there is no such one is said before hours are spent on the others
     columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(file=sys.stderr)) as progress:
         done = run_homes(homes, plan, options.jobs, options.out, options.ray)

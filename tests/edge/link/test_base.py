@@ -235,3 +235,28 @@ def test_commands_arrive(base, sessions):
         time.sleep(0.005)
     assert twist_from_message(decode(messages.Twist, taken[0])) == Twist(0.3, -0.5)
     subscriber.undeclare()
+
+
+def test_colour_waits_for_a_depth_that_is_late(base, fake):
+    """By 0.12 s, at 30 pictures a second."""
+    frames, late = [], 4
+    for step in range(40):
+        stamp = step / 30
+        fake.color(stamp)
+        if step >= late:
+            fake.depth(stamp - late / 30)
+        fake.odom(stamp)
+        observation = base.observe()
+        frames += [observation.frame.stamp] if observation is not None and observation.frame is not None else []
+    assert len(frames) > 5 and np.all(np.diff(frames) > 0)
+    assert len(base._colors) <= late + 2  # those before the last pair do not stay
+
+
+def test_halves_of_pictures_that_never_belong_together_are_told(base, fake):
+    for stamp in 0.1 * np.arange(1, 16):
+        fake.color(stamp)
+        fake.depth(stamp - 0.05)
+        fake.scan(stamp)
+        fake.odom(stamp)
+        base.observe()
+    assert "do not belong together" in base.silent

@@ -145,3 +145,12 @@ def test_camera_info_there_and_back():
 def test_an_uncalibrated_camera_is_named():
     with pytest.raises(MessageError, match="not calibrated"):
         convert.camera_from_message(messages.CameraInfo(), CAMERA)
+
+
+@pytest.mark.parametrize("reach", [60.0, 3e38])
+def test_a_lidar_that_sees_farther_than_a_home_is_large_does_not_make_its_map_huge(reach):
+    ranges = np.where(np.arange(360) % 90 < 4, np.inf, 2.0)
+    scan = LaserScan(0.0, ranges, 0.0, np.radians(1), reach, np.zeros(3))
+    grid = OccupancyGrid()
+    grid.integrate_scan(np.zeros(3), convert.scan_from_message(wire(convert.scan_to_message(scan, 0.1)), np.zeros(3)))
+    assert max(grid.frame.shape) * grid.resolution < 2 * convert.FARTHEST + 10

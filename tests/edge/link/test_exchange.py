@@ -77,7 +77,7 @@ def test_an_answer_may_come_later_and_from_another_thread(served):
 
 
 def test_nobody_there(sessions):
-    with pytest.raises(NoAnswer, match="r/nobody"):
+    with pytest.raises(NoAnswer, match="nobody serves r/nobody"):
         ask(sessions[1], "r/nobody", Cancel(), CancelReply, 0.5)
 
 

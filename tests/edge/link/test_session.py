@@ -28,7 +28,7 @@ def test_a_name_is_a_key(name):
     assert key_root(name) == name
 
 
-@pytest.mark.parametrize("name", ["", "/robot1", "robot1/", "*", "robot 1", "a//b"])
+@pytest.mark.parametrize("name", ["", "/robot1", "robot1/", "*", "robot 1", "a//b", "host", "host/a", "@a", "a/@b"])
 def test_what_is_no_key_is_no_name(name):
     with pytest.raises(argparse.ArgumentTypeError, match="is no name"):
         key_root(name)

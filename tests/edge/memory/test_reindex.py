@@ -79,7 +79,7 @@ def test_what_is_no_store_is_left_alone(tmp_path):
 def test_a_store_that_a_robot_uses_is_left_alone(path):
     with Vlpg.open(path, "old", "aa", 4) as used:
         used.add(7.0, (7, 0, 0), np.eye(3), np.eye(4)[[0]], [0.0], keyframe=b"\x03")
-        with pytest.raises(StoreError, match="in use; stop the robot first"):
+        with pytest.raises(StoreError, match="in use by another robot; stop that one"):
             reindex(path, "new", "bb", 8, embed)
         used.save_map(b"newer")
     assert sorted(file.name for file in path.parent.iterdir()) == ["home.vlpg", "home.vlpg.lock"]
@@ -96,3 +96,19 @@ def test_what_is_known_of_the_home_and_the_camera_stays(path, mapped):
     reindex(path, "new", "bb", 8, lambda jpeg, hfov: angles.append(hfov) or embed(jpeg, hfov))
     with Vlpg.open(path, "new", "bb", 8) as store:
         assert store.mapped == mapped and angles == [1.2, 1.2]
+
+
+def test_no_robot_opens_the_store_while_it_is_moved(path):
+    def meanwhile(jpeg, hfov):
+        with pytest.raises(StoreError, match="in use by another robot"):
+            Vlpg.open(path, "old", "aa", 4)
+        return embed(jpeg, hfov)
+
+    assert reindex(path, "new", "bb", 8, meanwhile).embedded == 2
+
+
+def test_a_picture_that_cannot_be_read_costs_its_node_only(path):
+    result = reindex(path, "new", "bb", 8, lambda jpeg, hfov: None if jpeg[0] == 0 else embed(jpeg, hfov))
+    assert result == Reindexed(embedded=1, withdrawn=2)
+    with Vlpg.open(path, "new", "bb", 8) as store:
+        assert store.ids.tolist() == [2]

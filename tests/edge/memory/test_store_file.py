@@ -164,3 +164,33 @@ def test_a_store_of_an_older_schema_is_brought_up_to_date(tmp_path, schema):
     assert old.execute("SELECT value FROM meta WHERE key='schema'").fetchone() == (schema,)
     assert old.execute("SELECT count(*) FROM node").fetchone() == (3,)
     old.close()
+
+
+def test_a_whole_store_that_may_not_be_written_is_not_called_damaged(tmp_path, monkeypatch):
+    """As SQLite says it where the file, or its folder, is not ours; this may be root, who may write everything."""
+    path = tmp_path / "home.vlpg"
+    opened(path).close()
+
+    def refuse(db, path):
+        raise sqlite3.OperationalError("attempt to write a readonly database")
+
+    monkeypatch.setattr("edge.memory.database._upgrade", refuse)
+    with pytest.raises(StoreError, match="may be written") as told:
+        opened(path)
+    assert "map anew" not in str(told.value)
+
+
+@pytest.mark.parametrize(
+    "harm",
+    ["UPDATE embedding SET vector = x'0102'", "UPDATE node SET reach = x'0102'", "DROP TABLE embedding"],
+)
+def test_content_that_cannot_be_is_told_and_lets_go_of_the_file(tmp_path, harm):
+    path = tmp_path / "home.vlpg"
+    with opened(path) as store:
+        walk(store, np.random.default_rng(5), 5)
+    with sqlite3.connect(path) as db:
+        db.execute(harm)
+    db.close()
+    for _ in range(2):  # the second time, nobody has it open
+        with pytest.raises(StoreError, match="restore a copy"):
+            opened(path)

@@ -110,6 +110,8 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--step", type=int, metavar="N", help="draw the episode after N actions (default: at its end)")
     parser.add_argument("--seed", type=seed, default=0, help="of every source of noise")
     options = parser.parse_args(arguments)
+    if options.step is not None and options.step < 1:
+        parser.error("--step must be at least 1")
     moving = options.file.suffix in (".gif", ".webp")
     if not moving and options.file.suffix != ".png":
         parser.error(f"{options.file.name}: end it in .png, .gif or .webp")
