@@ -1,6 +1,8 @@
 """``vlpg bench``, and ``vlpg-bench`` on a board: speed and memory of the robot's parts and of whole missions."""
 
 import argparse
+import math
+import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,9 +15,10 @@ from edge.bench.measure import FEWEST, MOST, Subject, measure, subjects, weigh
 from edge.bench.probe_process import ProbeFailed
 from edge.bench.recording import Recording, RecordingError
 from edge.bench.report import STEP, Report, ReportError
-from models.manifest import DEFAULT, Manifest, ModelError, resolve
+from models.manifest import DEFAULT, Manifest, ModelError, resolve, sha256
 
 SUBJECTS = ["encoder", "store", "planning", "mission", "all"]
+BUDGETED = ["store", "mission", "all"]
 PERIOD = 100.0  # ms between control steps
 UNHURRIED = 0.5  # s between readings of a process under a hard limit, which does the weighing itself
 
@@ -31,9 +34,15 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
     parser.add_argument("--against", type=Path, metavar="FILE", help="exit code 1 if worse than this earlier --json")
     parser.add_argument(
-        "--enforce", type=float, nargs="?", const=0.0, metavar="MB",
+        "--enforce", type=_megabytes, nargs="?", const=0.0, metavar="MB",
         help="run the missions under a hard limit of memory (default: the budget's)",
     )  # fmt: skip
+
+
+def _megabytes(text: str) -> float:
+    if not 0 < float(text) < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} MB is no limit; take a number above 0")
+    return float(text)
 
 
 def main(
@@ -56,6 +65,12 @@ def main(
         parser.error("this needs a --recording; where the simulator is, vlpg bench record FILE makes one")
     if options.enforce is not None and options.what not in ("mission", "all"):
         parser.error("--enforce: only missions run under a limit")
+    if options.enforce is not None and (options.json or options.against or options.runs):
+        parser.error("--enforce says only whether the missions finish; --json, --against and --runs are for measuring")
+    if options.budget and options.what not in BUDGETED:
+        parser.error(f"no budget limits {options.what}; use it with {', '.join(BUDGETED)}")
+    if options.json and not options.json.parent.is_dir():
+        parser.error(f"there is no folder {options.json.parent} to write {options.json.name} into")
     if options.enforce == 0.0 and not options.budget:
         parser.error("--enforce needs a --budget, or a limit in MB")
     if options.runs is not None and options.runs < 1:
@@ -64,8 +79,10 @@ def main(
         if needs_recording:
             options.recording = recording(options.model)
         raise SystemExit(bench(options))
-    except (ModelError, RecordingError, ReportError, ProbeFailed, OSError) as error:
+    except (ModelError, RecordingError, ReportError, ProbeFailed, OSError, subprocess.SubprocessError) as error:
         parser.exit(2, f"{program}: {error}\n")
+    except KeyboardInterrupt:
+        parser.exit(130, f"\n{program}: stopped\n")
 
 
 def bench(options: argparse.Namespace) -> int:
@@ -81,15 +98,17 @@ def bench(options: argparse.Namespace) -> int:
     if options.enforce is not None:
         return enforce([subject for subject in what if subject.name in (BOARD, HOST)], options)
     limits = (options.runs, options.runs) if options.runs else (FEWEST, MOST)
-    report = measure(what, options.model, *limits, tell=_tell)
+    recorded = sha256(options.recording)[:12] if options.recording else ""
+    for report in measure(what, options.model, *limits, tell=_tell):
+        report.recording = recorded
+        if options.json:  # what is done is kept: on a slow board the rest takes hours
+            report.save(options.json)
     print(report)
     for name, stage in report.stages.items():
         if name.endswith(STEP):
             print(f"{name}: {stage.mean / PERIOD:.0%} of this core at 10 Hz")
-    if options.json:
-        report.save(options.json)
-    if before and (before.machine, before.model) != (report.machine, report.model):
-        print(f"compared with another machine or model: {before.machine}; {before.model}")
+    if before and before.origin != report.origin:
+        print(f"compared with another machine, model or recording: {'; '.join(before.origin)}")
     problems = overruns(report, BUDGETS[options.budget]) if options.budget else []
     problems += regressions(report, before) if before else []
     for problem in problems:
@@ -103,7 +122,7 @@ def bench(options: argparse.Namespace) -> int:
 
 
 def enforce(missions: list[Subject], options: argparse.Namespace) -> int:
-    """Run each mission under a limit; exit code 1 when one does not finish."""
+    """Run each mission under a limit; exit code 1 when one does not finish, or takes more."""
     for subject in missions:
         budget = BUDGETS[options.budget] if options.budget else None
         limit = options.enforce or (budget.board if subject.name == BOARD else budget.host)
@@ -114,7 +133,11 @@ def enforce(missions: list[Subject], options: argparse.Namespace) -> int:
             except ProbeFailed as error:
                 print(f"OVER  {under}: {error}")
                 return 1
-        print(f"{under}: finished; peak PSS {process.peak:.1f} MB, {process.anonymous:.1f} of it anonymous")
+        took = f"peak PSS {process.peak:.1f} MB, {process.anonymous:.1f} of it anonymous"
+        if process.peak > limit:  # files that are mapped may not count for the limit
+            print(f"OVER  {under}: finished; {took}")
+            return 1
+        print(f"{under}: finished; {took}")
     return 0
 
 

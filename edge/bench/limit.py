@@ -12,9 +12,10 @@ RESERVED = 2 * 2**25  # bytes of address space that numpy's and OpenCV's OpenBLA
 class MemoryLimit:
     """So many MB for whoever calls ``enter``, between ``with`` and its end.
 
-    A control group of the kernel's second kind where its memory controller may be used: it counts every page, and the
-    files' that are mapped, as a service manager's limit does. Elsewhere RLIMIT_DATA, which counts what a process could
-    write to of its own, heap and stacks, touched or not; files that are mapped do not count.
+    A control group of the kernel's second kind where its memory controller may be used, as a service manager has it: it
+    counts every page that the process is the first to use; of files, not what others have read before. Elsewhere
+    RLIMIT_DATA, which counts what a process could write to of its own, heap and stacks, touched or not; files that are
+    mapped do not count.
     """
 
     def __init__(self, megabytes: float):
@@ -23,13 +24,20 @@ class MemoryLimit:
 
     def __enter__(self) -> "MemoryLimit":
         group = CGROUPS / f"vlpg-bench-{os.getpid()}"
-        with suppress(OSError):
-            if "memory" in (CGROUPS / "cgroup.subtree_control").read_text().split():
-                group.mkdir()
-                self._group = group
-                (group / "memory.max").write_text(str(self._bytes))
-                with suppress(OSError):  # a kernel without swap has no such file
-                    (group / "memory.swap.max").write_text("0")
+        try:
+            if "memory" not in (CGROUPS / "cgroup.subtree_control").read_text().split():
+                return self
+            group.mkdir()
+        except OSError:  # no such kernel, or not ours to use
+            return self
+        try:
+            (group / "memory.max").write_text(str(self._bytes))
+        except OSError:
+            group.rmdir()
+            return self
+        self._group = group
+        with suppress(OSError):  # a kernel without swap has no such file
+            (group / "memory.swap.max").write_text("0")
         return self
 
     def __exit__(self, *error) -> None:

@@ -44,8 +44,10 @@ def subjects(what: str, recording: Path | None, model: str, text: bool = True) -
     return sum(everything.values(), []) if what == "all" else everything[what]
 
 
-def measure(what: list[Subject], model: str, fewest=FEWEST, most=MOST, tell: Callable[[str], None] = print) -> Report:
-    """All figures of the subjects. Raises ProbeFailed when one does not run."""
+def measure(
+    what: list[Subject], model: str, fewest=FEWEST, most=MOST, tell: Callable[[str], None] = print
+) -> Iterator[Report]:
+    """One report, yielded after each subject, as it grows. Raises ProbeFailed when one does not run."""
     report = Report(this_machine(), model)
     for subject in what:
         runs: dict[str, list[list[float]]] = {}
@@ -65,7 +67,7 @@ def measure(what: list[Subject], model: str, fewest=FEWEST, most=MOST, tell: Cal
             processes.append(process)
             report.sizes |= {f"{subject.name}: {name}": size for name, size in said["sizes"].items()}
         report.processes[subject.name] = max(processes, key=lambda process: process.peak)
-    return report
+        yield report
 
 
 def weigh(subject: Subject, limit: Callable[[], None] | None = None) -> tuple[dict, Process]:

@@ -3,6 +3,8 @@
 import json
 import os
 import platform
+import re
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -61,6 +63,12 @@ class Report:
     stages: dict[str, Stage] = field(default_factory=dict)
     processes: dict[str, Process] = field(default_factory=dict)
     sizes: dict[str, float] = field(default_factory=dict)  # MB
+    recording: str = ""  # sha256, the first of it, of what the missions lived through
+
+    @property
+    def origin(self) -> tuple[str, str, str]:
+        """What the figures are of; others are not quite comparable."""
+        return self.machine, self.model, self.recording
 
     def save(self, path: Path) -> None:
         path.write_text(json.dumps(asdict(self), indent=1))
@@ -79,7 +87,9 @@ class Report:
             raise ReportError(f"{path} is no report of this benchmark; make it anew with --json {path}") from error
 
     def __str__(self):
-        lines = [f"{self.machine}; {self.model}; one core, {self.runs} fresh processes of each kind timed at most"]
+        lines = [
+            f"{'; '.join(filter(None, self.origin))}; one core, {self.runs} fresh processes of each kind timed at most"
+        ]
         if self.stages:
             lines += ["", f"{'stage, ms':56} {'p50':>8} {'±':>6} {'p95':>8} {'max':>8} {'calls':>7}"]
             for name, stage in self.stages.items():
@@ -98,4 +108,14 @@ class Report:
 
 def this_machine() -> str:
     """In words."""
-    return f"{platform.machine()}, {len(os.sched_getaffinity(0))} cores, {platform.system()} {platform.release()}"
+    cores = f"{len(os.sched_getaffinity(0))} cores"
+    return ", ".join(filter(None, (platform.machine(), _model(), cores, f"{platform.system()} {platform.release()}")))
+
+
+def _model() -> str:
+    """Of the board, or else of the processor, as the kernel names it; "" where it does not."""
+    for file, pattern in (("/proc/device-tree/model", r"([^\0]+)"), ("/proc/cpuinfo", r"model name\s*: (.+)")):
+        with suppress(OSError):
+            if found := re.search(pattern, Path(file).read_text()):
+                return found[1].strip()
+    return ""

@@ -16,8 +16,12 @@ def begin() -> None:
     """Be a process as the robot's is, on one core."""
     give_back_large_blocks()
     give_back_what_loading_took()
-    core = max(os.sched_getaffinity(0))  # the first ones have the machine's own work
-    os.sched_setaffinity(0, {core})
+    pin()
+
+
+def pin() -> None:
+    """Keep this process on one core: the last one, as the first have the machine's own work."""
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
 def timed(function: Callable[[int], object], calls: int, warm: int = 3) -> list[float]:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from edge.bench.probe_process import ProbeFailed
 from models.manifest import DEFAULT, Manifest, ModelError, resolve
-from tools.bench.peers import PASSES, TURNS, measure, show
+from tools.bench.peers import TURNS, measure, show
 
 OURS = "int8, ONNX Runtime, as on the robot"
 
@@ -47,7 +47,7 @@ def main(arguments: list[str] | None = None) -> None:
     """``vlpg bench peers encoder``."""
     parser = argparse.ArgumentParser(prog="vlpg bench peers encoder", description=__doc__.split(": ", 1)[1])
     parser.add_argument("--model", default=DEFAULT, help="name or folder of the encoder (default: %(default)s)")
-    parser.add_argument("--turns", type=int, default=TURNS, help=f"of {PASSES} timed passes (default: %(default)s)")
+    parser.add_argument("--turns", type=int, default=TURNS, help="of timed passes (default: %(default)s)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
     options = parser.parse_args(arguments)
     if options.turns < 1:

@@ -2,12 +2,14 @@
 
 from contextlib import ExitStack
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
 from edge.bench.probe_process import ProbeProcess
 
-PASSES = 3  # a turn; one more runs before them untimed, as the one before has filled the caches
+PASSES = 3  # a turn, at least; one more runs before them untimed, as the one before has filled the caches
+TURN = 0.03  # s that a turn of ours takes, at least: a tenth of a millisecond is not known from three passes
 TURNS = 30
 
 
@@ -34,9 +36,11 @@ def measure(commands: dict[str, tuple[str, ...]], turns: int = TURNS) -> list[Pe
     times: dict[str, list[list[float]]] = {name: [] for name in commands}
     with ExitStack() as stack:
         probes = {name: stack.enter_context(ProbeProcess(*command)) for name, command in commands.items()}
+        once = np.median(next(iter(probes.values())).time(PASSES))
+        passes = max(PASSES, ceil(TURN / once))
         for _ in range(turns):
             for name, probe in probes.items():
-                times[name].append(probe.time(PASSES + 1)[1:])
+                times[name].append(probe.time(passes + 1)[1:])
     milliseconds = {name: 1e3 * np.array(turns) for name, turns in times.items()}
     per_turn = {name: np.median(values, 1) for name, values in milliseconds.items()}
     first = per_turn[next(iter(commands))]

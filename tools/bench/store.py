@@ -14,7 +14,7 @@ from pathlib import Path
 from edge.bench.probe_process import ProbeFailed
 from edge.bench.store import DIM, HITS, filled
 from tools.bench import search
-from tools.bench.peers import PASSES, TURNS, Peer, measure, show
+from tools.bench.peers import TURNS, Peer, measure, show
 
 OURS = "int8, exact, the memory"
 PEERS = {
@@ -45,7 +45,7 @@ def main(arguments: list[str] | None = None) -> None:
     """``vlpg bench peers store``."""
     parser = argparse.ArgumentParser(prog="vlpg bench peers store", description=__doc__.split(": ", 1)[1])
     parser.add_argument("--vectors", default="2000,20000", help="how many, comma-separated (default: %(default)s)")
-    parser.add_argument("--turns", type=int, default=TURNS, help=f"of {PASSES} timed searches (default: %(default)s)")
+    parser.add_argument("--turns", type=int, default=TURNS, help="of timed searches (default: %(default)s)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
     options = parser.parse_args(arguments)
     counts = options.vectors.split(",")
@@ -61,7 +61,11 @@ def main(arguments: list[str] | None = None) -> None:
         except ProbeFailed as error:
             parser.exit(2, f"vlpg bench peers store: {error}\n")
         print(f"{count} vectors; the memory takes {bytes_per_byte(int(count)):.2f} bytes for each byte of them in int8")
-        print(show(results[count]) + "\n")
+        print(show(results[count]))
+        others = [peer.ratio for peer in results[count][1:] if "exact" in peer.name]
+        if others:
+            print(f"ours takes {1 / min(others):.2f} times as long as the fastest other exact search")
+        print()
     print("\n".join(missing))
     if options.json:
         found = {count: [asdict(peer) for peer in peers] for count, peers in results.items()}

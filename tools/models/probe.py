@@ -10,11 +10,14 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from edge.bench.subject import pin
+
 WARM = 5  # passes before it is ready: the first ones allocate and touch the weights
 
 
 def serve(run: Callable[[int], object]) -> None:
-    """Answer as above; ``run(i)`` is one pass, the i-th."""
+    """Answer as above, from one core; ``run(i)`` is one pass, the i-th."""
+    pin()
     done = 0
     for _ in range(WARM):
         run(done := done + 1)

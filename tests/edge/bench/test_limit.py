@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -30,6 +31,22 @@ def test_enough_is_enough(without_cgroups):
 def test_more_is_refused(without_cgroups):
     with MemoryLimit(100) as limited:
         assert "MemoryError" in run(200_000_000, limited).stderr
+
+
+def test_a_group_that_takes_no_limit_is_not_said_to_limit(monkeypatch, tmp_path):
+    monkeypatch.setattr(limit, "CGROUPS", tmp_path)
+    (tmp_path / "cgroup.subtree_control").write_text("memory\n")
+    write = Path.write_text
+
+    def refuse(file, text):
+        if file.name == "memory.max":
+            raise PermissionError(13, "Permission denied")
+        return write(file, text)
+
+    monkeypatch.setattr(Path, "write_text", refuse)
+    with MemoryLimit(100) as limited:
+        assert limited.kind.startswith("RLIMIT_DATA")
+    assert [path.name for path in tmp_path.iterdir()] == ["cgroup.subtree_control"]
 
 
 def test_a_control_group_gets_the_limit_and_goes_again(monkeypatch, tmp_path):

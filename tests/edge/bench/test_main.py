@@ -7,6 +7,7 @@ import pytest
 
 from edge.bench import __main__ as command
 from edge.bench.budget import BOARD, HOST
+from edge.bench.probe_process import ProbeFailed
 from edge.bench.report import Process, Report
 from models.manifest import Manifest, resolve
 
@@ -21,7 +22,7 @@ def ended(arguments, **options):
 def measured(monkeypatch):
     """Measures nothing; the report has this peak."""
     peak = {BOARD: Process(150.0, 80.0, 70.0, 120.0, 160.0)}
-    monkeypatch.setattr(command, "measure", lambda *_, **__: Report("x", "m", 1, {}, dict(peak), {}))
+    monkeypatch.setattr(command, "measure", lambda *_, **__: [Report("x", "m", 1, {}, dict(peak), {})])
     return peak
 
 
@@ -55,6 +56,11 @@ def test_against_an_earlier_report(measured, tmp_path, capsys):
         (["store", "--runs", "0"], "at least 1"),
         (["all", "--recording", "x", "--enforce"], "--enforce needs a --budget"),
         (["store", "--enforce", "100"], "only missions"),
+        (["all", "--recording", "x", "--enforce", "-100"], "no limit"),
+        (["all", "--recording", "x", "--enforce", "nan"], "no limit"),
+        (["all", "--recording", "x", "--enforce", "100", "--json", "x.json"], "--enforce says only"),
+        (["encoder", "--budget", "pi-zero-2w"], "no budget limits encoder"),
+        (["store", "--json", "/nowhere/x.json"], "there is no folder /nowhere"),
     ],
 )
 def test_a_mistake_is_told_in_a_sentence(arguments, words, capsys):
@@ -66,6 +72,22 @@ def test_enforced_with_enough_and_with_too_little(recording, capsys):
     assert capsys.readouterr().out.count("finished") == 2
     assert ended(["mission", "--recording", str(recording), "--enforce", "40"]) == 1
     assert "OVER  mission under 40 MB" in capsys.readouterr().out
+
+
+def test_a_mission_that_finishes_with_more_than_the_limit_is_over_it(monkeypatch, recording, capsys):
+    monkeypatch.setattr(command, "weigh", lambda subject, limit: ({}, Process(101.0, 50.0, 51.0, 90.0, 110.0)))
+    assert ended(["mission", "--recording", str(recording), "--enforce", "100"]) == 1
+    assert "OVER  mission under 100 MB" in capsys.readouterr().out
+
+
+def test_what_is_measured_is_kept_as_it_comes(monkeypatch, tmp_path):
+    def measure(*_, **__):
+        yield Report("x", "m", 1)
+        raise ProbeFailed("the board went away")
+
+    monkeypatch.setattr(command, "measure", measure)
+    assert ended(["store", "--json", str(tmp_path / "bench.json")]) == 2
+    assert Report.load(tmp_path / "bench.json").runs == 1
 
 
 def test_each_kind_of_mission_has_the_budgets_limit_for_it(monkeypatch, recording, capsys):
