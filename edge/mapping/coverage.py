@@ -1,7 +1,9 @@
 """Where the camera, unlike the lidar, has looked from close enough to remember what stands there."""
 
 from dataclasses import dataclass
+from math import ceil
 
+import cv2
 import numpy as np
 
 from edge.camera import CameraModel
@@ -9,6 +11,8 @@ from edge.mapping.grid import GridFrame
 from edge.mapping.occupancy import OccupancyGrid
 from edge.mapping.view_fan import fill, view_fan
 from edge.mapping.warp import warped
+
+BESIDE = 2  # cells
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,31 @@ class CameraCoverage:
         fan = view_fan(pose, depth, camera, grid, self.config.columns, self.config.range)
         fill(self.viewed, self.frame, fan)
 
+    def explored(self, grid: OccupancyGrid, radius: float) -> np.ndarray:
+        """Cells that the map knows and the camera has looked at, as at what stands beside them, bool ``(R, C)``.
+
+        Furniture that only the lidar has seen has no cell at its edge that a robot of ``radius`` [m] can reach: the
+        floor before it counts as unexplored in its place.
+        """
+        return self._explored(grid, _reach(grid, radius), np.s_[:, :])
+
+    def has_explored(self, grid: OccupancyGrid, radius: float, place) -> bool:
+        """Whether ``place (2,)`` [m], and what is beside it, is among the cells that are ``explored``."""
+        row, col = (int(index) for index in grid.frame.to_cell(place))
+        reach = _reach(grid, radius)
+        top, left = max(row - BESIDE - reach, 0), max(col - BESIDE - reach, 0)
+        part = np.s_[top : row + BESIDE + reach + 1, left : col + BESIDE + reach + 1]
+        rows = slice(max(row - BESIDE, 0) - top, row + BESIDE + 1 - top)
+        cols = slice(max(col - BESIDE, 0) - left, col + BESIDE + 1 - left)
+        return bool(self._explored(grid, reach, part)[rows, cols].all())
+
+    def _explored(self, grid: OccupancyGrid, reach: int, part) -> np.ndarray:
+        viewed, free = self.viewed[part].view(bool), grid.free[part]
+        unseen = grid.occupied[part] & ~viewed
+        for _ in range(reach):  # over free floor only, not through walls
+            unseen |= cv2.dilate(unseen.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool) & free
+        return viewed & ~grid.unknown[part] & ~unseen
+
     def forget(self) -> None:
         """Nothing has been looked at, as at the beginning of a tour."""
         self.viewed[:] = 0
@@ -47,3 +76,8 @@ class CameraCoverage:
         if frame != self.frame:
             self.viewed = frame.holding(self.viewed, self.frame, 0)
             self.frame = frame
+
+
+def _reach(grid: OccupancyGrid, radius: float) -> int:
+    """Cells from furniture to the nearest that a robot of ``radius`` [m] can reach, and some."""
+    return ceil(radius / grid.resolution) + 2

@@ -1,9 +1,7 @@
 """Tour a home, known or not: drive until the camera has looked at every reachable part, and remember the views."""
 
 from dataclasses import dataclass
-from math import ceil
 
-import cv2
 import numpy as np
 
 from edge.mapping.frontiers import Frontier, frontiers
@@ -69,7 +67,8 @@ class MapHome(Mission):
     def next_frontier(self) -> Frontier | None:
         """The frontier that is soonest reached, or None when all has been seen that can be."""
         robot = self.robot
-        found = frontiers(robot.grid, robot.pose, robot.config.radius, self.config.min_area, self.explored())
+        explored = robot.coverage.explored(robot.grid, robot.config.radius)
+        found = frontiers(robot.grid, robot.pose, robot.config.radius, self.config.min_area, explored)
         found = [frontier for frontier in found if not self._is_given_up(frontier.waypoint)]
         found.sort(key=lambda frontier: np.hypot(*(frontier.waypoint - robot.pose[:2])))
         best, least = None, np.inf
@@ -88,31 +87,13 @@ class MapHome(Mission):
 
     def visit(self, frontier: Frontier) -> Story:
         """Drive towards a frontier until it has been looked at; there, turn once around if need be."""
-        waypoint = frontier.waypoint
-        for action in (drive(self.robot, waypoint), turn(self.robot, 2 * np.pi)):
+        robot, waypoint = self.robot, frontier.waypoint
+        for action in (drive(robot, waypoint), turn(robot, 2 * np.pi)):
             for twist in action:
-                if not self.unseen(waypoint):
+                if robot.coverage.has_explored(robot.grid, robot.config.radius, waypoint):
                     return
                 yield twist
         self._given_up.append(waypoint)
-
-    def unseen(self, waypoint) -> bool:
-        """Whether something beside the waypoint has not been looked at yet."""
-        row, col = self.robot.grid.frame.to_cell(waypoint)
-        return not self.explored()[max(row - 2, 0) : row + 3, max(col - 2, 0) : col + 3].all()
-
-    def explored(self) -> np.ndarray:
-        """Cells that the map knows and the camera has looked at, as at what stands beside them, bool ``(R, C)``.
-
-        Furniture that only the lidar has seen has no reachable cell at its edge, as the robot is wide: the floor
-        before it counts as unexplored in its place.
-        """
-        grid, viewed = self.robot.grid, self.robot.coverage.viewed.view(bool)
-        unseen = grid.occupied & ~viewed
-        reach = ceil(self.robot.config.radius / grid.resolution) + 2
-        for _ in range(reach):  # over free floor only, not through walls
-            unseen |= cv2.dilate(unseen.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool) & grid.free
-        return viewed & ~grid.unknown & ~unseen
 
     def _is_given_up(self, waypoint) -> bool:
         return any(np.hypot(*(waypoint - other)) < self.config.given_up for other in self._given_up)

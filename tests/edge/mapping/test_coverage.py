@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from edge.camera import CameraModel
-from edge.mapping.coverage import CameraCoverage
+from edge.mapping.coverage import BESIDE, CameraCoverage
 from edge.mapping.occupancy import OccupancyGrid
 from edge.observation import LaserScan
 
@@ -86,3 +86,35 @@ def test_what_is_forgotten_must_be_looked_at_again():
     assert not coverage.viewed.any() and coverage.frame == FRAME
     coverage.integrate(np.zeros(3), wall, CAMERA, OPEN)
     assert coverage.viewed.any()
+
+
+def half_seen():
+    """A round wall 2 m away; the camera has looked at all of the floor, and at the half of the wall ahead."""
+    grid, coverage = around(2.0), CameraCoverage()
+    coverage.follow(grid.frame)
+    ahead = grid.frame.to_world(*np.indices(grid.frame.shape))[..., 0] > 0
+    coverage.viewed[grid.free | grid.occupied & ahead] = 1
+    return grid, coverage
+
+
+def test_the_floor_before_what_only_the_lidar_has_seen_is_not_explored():
+    grid, coverage = half_seen()
+    explored = coverage.explored(grid, 0.18)
+
+    def at(x):
+        return explored[tuple(grid.frame.to_cell([x, 0.01]))]
+
+    assert at(1.9) and at(0.0) and at(-1.6)
+    assert not at(-1.9) and not at(-1.75)  # as near as the robot gets to the wall
+    assert not at(-2.2) and not at(2.2)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_one_place_is_judged_as_in_the_whole_map(seed):
+    grid, coverage = half_seen()
+    place = np.random.default_rng(seed).uniform(-2.6, 2.6, 2)
+    row, col = grid.frame.to_cell(place)
+    beside = coverage.explored(grid, 0.18)[
+        max(row - BESIDE, 0) : row + BESIDE + 1, max(col - BESIDE, 0) : col + BESIDE + 1
+    ]
+    assert coverage.has_explored(grid, 0.18, place) == beside.all()

@@ -1,17 +1,12 @@
 """Mapping a small home with every noise on."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from edge.mapping.coverage import CameraCoverage
-from edge.mapping.occupancy import OccupancyGrid
 from edge.missions.map_home import MapHome, MapHomeConfig
-from edge.observation import LaserScan
 from edge.pose import between, compose, wrap
-from edge.robot import RobotConfig
 from tests.edge.missions.conftest import make_robot, make_world
 from tools.eval.child import in_child
 from tools.eval.tour import run
@@ -44,26 +39,6 @@ def test_every_object_is_in_memory_where_it_can_be_seen(mapped, noun):
     off = np.arctan2(thing.y - y, thing.x - x) - theta
     # The centre of a wide thing may lie outside a picture that shows its end.
     assert abs(wrap(off)) < robot.camera.hfov / 2 + 0.35
-
-
-def test_the_floor_before_what_only_the_lidar_has_seen_is_not_explored():
-    """A round wall 2 m away; the camera has looked at all of the floor, and at the half of the wall ahead."""
-    grid, coverage = OccupancyGrid(), CameraCoverage()
-    grid.integrate_scan(
-        np.zeros(3), LaserScan(0.0, np.full(360, 2.0, np.float32), -np.pi, 2 * np.pi / 360, 8.0, np.zeros(3))
-    )
-    coverage.follow(grid.frame)
-    ahead = grid.frame.to_world(*np.indices(grid.frame.shape))[..., 0] > 0
-    coverage.viewed[grid.free | grid.occupied & ahead] = 1
-    robot = SimpleNamespace(grid=grid, coverage=coverage, config=RobotConfig())
-    explored = MapHome(robot).explored()
-
-    def at(x):
-        return explored[tuple(grid.frame.to_cell([x, 0.01]))]
-
-    assert at(1.9) and at(0.0) and at(-1.6)
-    assert not at(-1.9) and not at(-1.75)  # as near as the robot gets to the wall
-    assert not at(-2.2) and not at(2.2)
 
 
 def test_the_same_seed_drives_the_same_way_twice_and_another_does_not():
