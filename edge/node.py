@@ -216,7 +216,7 @@ class Node:
         """What was seen since the last time; the ``whole`` is with the map, which hardly changes once it is known."""
         self._saved, memory = self.robot.stamp, self.robot.memory
         try:
-            if whole:
+            if whole or self._unsaved:
                 memory.save_map(self.robot.grid.to_bytes())
                 if self._camera_known:
                     memory.note_camera(self.robot.camera.hfov)

@@ -220,11 +220,15 @@ def _manifests(name: str | None) -> Iterator:
     if name is not None:
         yield Manifest.load(resolve(name))
         return
+    mistakes = False
     for folder in folders().values():
         try:
             yield Manifest.load(folder)
         except ModelError as error:
             typer.echo(f"vlpg: {error}", err=True)
+            mistakes = True
+    if mistakes:
+        raise typer.Exit(MISTAKE)
 
 
 if __name__ == "__main__":

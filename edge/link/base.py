@@ -75,13 +75,13 @@ class Base:
         """Which sensor has been silent for too long to drive on, for people; empty if none."""
         for sensor, last in (("lidar", self._last_scan), ("camera", self._last_frame)):
             if self._last - max(last, self._first) > self.config.quiet:
-                come = all(
-                    half and half[-1][0] > self._last - self.config.quiet for half in (self._colors, self._depths)
-                )
-                if sensor == "camera" and come:
+                if sensor == "camera" and self._comes(self._colors) and self._comes(self._depths):
                     return "the camera's colour and depth pictures do not belong together: no two have nearly one stamp"
                 return f"the {sensor} sends nothing, or with stamps that are not of the odometry's clock"
         return ""
+
+    def _comes(self, halves):
+        return bool(halves) and abs(halves[-1][0] - self._last) < self.config.quiet
 
     @property
     def age(self):

@@ -36,6 +36,15 @@ class EncoderMismatch(StoreError):
     """The store holds vectors of another encoder, which no text of this one can be compared with."""
 
 
+def unusable(path, error):
+    """The StoreError for what SQLite, or what reads its rows, said of the store at ``path``."""
+    if any(word in str(error) for word in _NOT_ITS_FAULT):
+        hint = "check that no other program uses it, that it may be written, and that the disk has room"
+        return StoreError(f"{path} cannot be used ({error}); it was left as it is: {hint}")
+    hint = "move it away to map anew, or restore a copy"
+    return StoreError(f"{path} is not a readable VLPG store ({error}); it was left as it is: {hint}")
+
+
 def lock_store(path):
     """An open file that keeps other robots from the store at ``path`` until it is closed, or the process ends.
 
@@ -55,7 +64,7 @@ def lock_store(path):
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
         lock.close()
-        raise StoreError(f"{path} is in use by another robot; stop that one, or choose another file") from error
+        raise StoreError(f"{path} is in use; stop the robot that uses it, or choose another file") from error
     return lock
 
 
@@ -91,13 +100,7 @@ def connect(path, encoder_name, encoder_digest, dim):
         db.executescript("PRAGMA synchronous=NORMAL; PRAGMA cache_size=-256; PRAGMA wal_autocheckpoint=64;")
     except sqlite3.Error as error:
         db.close()
-        if any(word in str(error) for word in _NOT_ITS_FAULT):
-            hint = "check that no other program uses it, that it may be written, and that the disk has room"
-            raise StoreError(f"{path} cannot be used ({error}); {hint}") from error
-        raise StoreError(
-            f"{path} is not a readable VLPG store ({error}); it was left as it is: "
-            "move it away to map anew, or restore a copy"
-        ) from error
+        raise unusable(path, error) from error
     except StoreError:
         db.close()
         raise

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from edge.camera import CameraModel
-from edge.memory.database import PER_NODE, READABLE, StoreError, connect, lock_store
+from edge.memory.database import PER_NODE, READABLE, StoreError, connect, lock_store, unusable
 from edge.memory.vectors import quantize
 
 # Writes all of the log into the file and fails where anybody else has it open: what they have not written yet would be
@@ -35,7 +35,9 @@ def reindex(path, encoder_name, encoder_digest, dim, embed):
     path = Path(path)
     if not path.is_file():
         raise StoreError(f"there is no store at {path}")
-    with lock_store(path):
+    with lock_store(path) as lock:
+        kept = path.stat()
+        os.fchown(lock.fileno(), kept.st_uid, kept.st_gid)  # on a board, root does this for the robot's own user
         return _reindex(path, encoder_name, encoder_digest, dim, embed)
 
 
@@ -47,11 +49,7 @@ def _reindex(path, encoder_name, encoder_digest, dim, embed):
     try:
         result = _copy(db, path, embed)
     except sqlite3.Error as error:
-        if "locked" in str(error):
-            raise StoreError(f"{path} is in use; stop the robot first") from error
-        if "full" in str(error):
-            raise StoreError(f"there is no room for another copy of {path}; it was left as it is") from error
-        raise StoreError(f"{path} is not a readable VLPG store ({error}); it was left as it is") from error
+        raise unusable(path, error) from error
     finally:
         db.close()
         if result is None:
@@ -59,7 +57,7 @@ def _reindex(path, encoder_name, encoder_digest, dim, embed):
     copy = path.with_name(path.name + ".copying")
     try:
         kept = path.stat()
-        os.chown(fresh, kept.st_uid, kept.st_gid)  # on a board, root does this for the robot's own user
+        os.chown(fresh, kept.st_uid, kept.st_gid)
         fresh.chmod(kept.st_mode)
         shutil.copy2(path, copy)
         os.replace(copy, path.with_name(path.name + ".before-reindex"))  # there is a store at path at any time
@@ -108,6 +106,8 @@ def _copy(db, path, embed):
             ],
         )
         embedded += 1
+    if not embedded:
+        raise StoreError(f"none of the pictures that {path} kept can be read; move it away and map the home anew")
     db.execute("COMMIT")
     db.execute(_ALONE)
     db.execute("DETACH DATABASE old")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from edge.memory.database import StoreError, connect, lock_store
+from edge.memory.database import StoreError, connect, lock_store, unusable
 from edge.memory.edges import EdgeTable
 from edge.memory.gate import GateConfig, is_known, judge
 from edge.memory.motion import MotionNoise, in_frame
@@ -73,14 +73,11 @@ class Vlpg:
         try:
             db = connect(path, encoder_name, encoder_digest, dim)
             return cls(db, lock, dim, config or VlpgConfig())
-        except (StoreError, sqlite3.Error, ValueError, TypeError) as error:
+        except (StoreError, sqlite3.Error, ValueError, TypeError, OverflowError) as error:
             if db is not None:
                 db.close()
             lock.close()
-            if isinstance(error, StoreError):
-                raise
-            hint = "move it away to map anew, or restore a copy"
-            raise StoreError(f"{path} is a VLPG store whose content is damaged ({error}): {hint}") from error
+            raise error if isinstance(error, StoreError) else unusable(path, error) from error
 
     def __len__(self):
         """Number of nodes that answer queries."""

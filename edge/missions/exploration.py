@@ -4,13 +4,13 @@
 """
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from edge.mapping.frontiers import Frontier, frontiers
 from edge.mapping.object_goal import ObjectGoal, Surface, surface
 from edge.mapping.relevance import RelevanceMap
-from edge.perception.close_look import window_at
 from edge.perception.detection import Detector, DetectorConfig
 from edge.perception.encoder import View
 from edge.perception.prompts import Target
@@ -25,20 +25,19 @@ class ExplorationConfig:
 
     min_area: float = 1.5  # m2; smaller unknown pockets are no frontier, [U] Sec. IV
     noticed: float = 0.75  # two-prompt score of a picture taken on the way that is worth a closer look
-    certain: float = 0.9  # that score in a close look from near
+    resembles: float = 0.3  # that score, from which a place is looked at when nothing is left to explore
     refuted: float = 1.0  # m around a place that was looked at closely in vain
     moved: float = 0.10  # m, or
     turned: float = np.radians(6.0)  # rad, before another picture tells something new: noise is not what errs most
     choice: ChoiceConfig = field(default_factory=ChoiceConfig)
 
 
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """Something that a close look took for the object."""
+class Likeness(NamedTuple):
+    """A place that resembles the object in a picture."""
 
-    goal: ObjectGoal
-    score: float  # of that look
-    confidence: float  # that it is the object
+    score: float  # of that picture
+    place: np.ndarray  # (2,) m
+    seen: Surface
 
 
 class Exploration:
@@ -59,12 +58,11 @@ class Exploration:
         self.relevance = relevance or RelevanceMap()
         self.choice = FrontierChoice(acquisition, self.config.choice)
         self.goal: ObjectGoal | None = None  # the object, as far as has been seen
-        self.candidates: list[Candidate] = []  # that were looked at closely
         self._robot = robot
-        self._detector = Detector(robot.encoder, DetectorConfig(min_score=0.0))
-        self._most, self._alike = 0.0, None  # the highest score of a picture, and the Surface that had it
-        self._closely = Detector(robot.encoder, DetectorConfig(min_score=self.config.certain))
+        self._detector = Detector(robot.encoder, DetectorConfig(min_score=self.config.resembles))
+        self.alike: list[Likeness] = []  # by place, the picture of it that resembles the object most
         self._refuted: list[np.ndarray] = []  # (2,) m, what resembled the target only from afar
+        self._considered: list[np.ndarray] = []  # (2,) m, places that were a goal because nothing else was left
         self._looked = np.array([1e9, 1e9, 0.0])  # pose of the last picture that the relevance map took in
 
     def take_in(self) -> None:
@@ -77,77 +75,57 @@ class Exploration:
             self._looked = pose
             self.relevance.integrate(pose, frame.depth, self.promise(view), robot.camera, robot.grid)
         height, width = frame.depth.shape
-        score = self._detector.score(view, self.target)
-        if score < min(self.config.noticed, self._most):
-            return
         detection = self._detector.detect(view, self.target, (width, height))
         if detection is None:
             return
         seen = surface(detection, frame.depth, robot.camera, pose, robot.grid)
-        if score > self._most and not self._is_refuted(seen.centroid):
-            self._most, self._alike = score, seen
-        if score >= self.config.noticed:
+        self._compare(Likeness(detection.score, seen.centroid, seen))
+        if detection.score >= self.config.noticed:
             self._notice(seen)
 
     def promise(self, view: View) -> np.ndarray:
         """Relevance in [0, 1] of what a picture shows, by each prompt: ``(P,)``."""
         return self._robot.encoder.relevance(self.prompts @ view.vectors[0])
 
+    def _compare(self, new: Likeness) -> None:
+        others = [old for old in self.alike if not self._is_near(old.place, [new.place])]
+        if all(new.score > old.score for old in self.alike if self._is_near(old.place, [new.place])):
+            self.alike = [*others, new]
+
     def _notice(self, seen: Surface) -> None:
-        if self._is_refuted(seen.centroid):
+        if self.is_refuted(seen.centroid):
             return
         if self.goal is not None and self.goal.is_at(seen.centroid):
             self.goal.update(seen)
-        elif self.goal is None or (self.goal.provisional and not seen.provisional and not self._was_looked_at()):
+        elif self.goal is None or (self.goal.provisional and not seen.provisional and not self.is_settled()):
             self.goal = ObjectGoal(seen)
 
-    def _was_looked_at(self) -> bool:
-        """Whether a close look took the goal for the object; a view of another thing is no reason then to leave it."""
-        return any(candidate.goal is self.goal for candidate in self.candidates)
+    def is_settled(self) -> bool:
+        """Whether even a firm view of another thing is no reason to leave a goal whose end no view has shown."""
+        return False
 
-    def _is_refuted(self, place) -> bool:
-        return any(np.hypot(*(place - other)) <= self.config.refuted for other in self._refuted)
+    def is_refuted(self, place) -> bool:
+        """Whether ``place (2,)`` [m] was a goal in vain."""
+        return self._is_near(place, self._refuted)
 
-    def look_closely(self) -> Candidate | None:
-        """A closer look at the newest picture, four passes and one at what they show; None if the goal is not there.
+    def _is_near(self, place, places) -> bool:
+        return any(_apart(place, other) <= self.config.refuted for other in places)
 
-        The goal moves to where that look says.
-        """
-        robot, frame = self._robot, self._robot.frame
-        rgb, hfov, (height, width) = frame.rgb, robot.camera.hfov, frame.depth.shape
-        views, last = robot.look_closely(), None
-        for _ in range(2):
-            found = [self._closely.detect(view, self.target, (width, height)) for view in views]
-            best = max((d for d in found if d is not None), key=lambda d: d.score, default=last)
-            if best is None:
-                return None
-            views, last = [robot.encoder.encode_image(rgb, hfov, window_at(best.centre, width, height))], best
-        seen = surface(best, frame.depth, robot.camera, robot.in_map(frame.odom), robot.grid)
-        if self.goal.is_at(seen.centroid):
-            self.goal.update(seen)
-            if seen.vague:  # it is not here, if anywhere that way
-                return None
-            self.candidates.append(Candidate(self.goal, best.score, robot.encoder.confidence(best.score, best.score)))
-            return self.candidates[-1]
-        if not self._is_refuted(seen.centroid):
-            self.goal = ObjectGoal(seen)
-        return None
-
-    @property
-    def best(self) -> Candidate | None:
-        """The most probable of what was looked at closely."""
-        return max(self.candidates, key=lambda candidate: candidate.confidence, default=None)
-
-    def guess(self) -> ObjectGoal | None:
-        """Where the picture that resembled the object most shows it, once; for when nothing was noticed anywhere."""
-        seen, self._alike = self._alike, None
-        return seen and ObjectGoal(seen)
+    def consider(self) -> bool:
+        """Make the goal what resembles the object most of all places not looked at closely; whether there is one."""
+        over = self._refuted + self._considered
+        left = [alike for alike in self.alike if not self._is_near(alike.place, over)]
+        if left:
+            best = max(left, key=lambda alike: alike.score)
+            self.goal = ObjectGoal(best.seen)
+            self._considered.append(best.place)
+        return bool(left)
 
     def refute(self) -> None:
         """The object is not there, or cannot be reached: nothing there counts any more. It may be behind that place."""
         self._refuted.append(self.goal.centroid)
         behind = self.goal.behind
-        self.goal = None if behind is None or self._is_refuted(behind.centroid) else ObjectGoal(behind)
+        self.goal = None if behind is None or self.is_refuted(behind.centroid) else ObjectGoal(behind)
 
     def next_frontier(self) -> Frontier | None:
         """Where the acquisition function says that looking is most worth it; None when all has been looked at.
@@ -156,8 +134,18 @@ class Exploration:
         """
         robot = self._robot
         self.relevance.follow(robot.grid.frame)
-        explored = robot.coverage.viewed.view(bool) & ~robot.grid.unknown
+        viewed = robot.coverage.viewed.view(bool) & ~robot.grid.unknown
+        # Last, what only the lidar has seen of furniture.
+        return self._choose(viewed) or self._choose(robot.coverage.explored(robot.grid, robot.config.radius))
+
+    def _choose(self, explored: np.ndarray) -> Frontier | None:
+        robot = self._robot
         found = frontiers(robot.grid, robot.pose, robot.config.radius, self.config.min_area, explored)
         if self.goal is not None:
             return self.choice.choose_toward(found, self.goal.nearest(robot.pose), robot.pose)
         return self.choice.choose(found, self.relevance, robot.pose)
+
+
+def _apart(a, b) -> float:
+    """m between two places (2,)."""
+    return float(np.hypot(*(a - b)))

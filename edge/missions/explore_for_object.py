@@ -8,7 +8,7 @@ from edge.mapping.frontiers import Frontier
 from edge.missions.centring import centre
 from edge.missions.exploration import Exploration, ExplorationConfig
 from edge.missions.mission import Story, until
-from edge.missions.motion import drive, look_from_near, route, turn
+from edge.missions.motion import drive, locate, look_from_near, route, turn
 from edge.missions.search import Search
 from edge.missions.spotter import Spotter
 from edge.perception.prompts import Target, ensemble
@@ -44,16 +44,32 @@ class ExploreForObject(Search):
     def search(self) -> Story:
         robot = self.robot
         robot.coverage.forget()
+        robot.grid.forget_contacts()
         robot.memory.begin_tour()
-        sure = yield from self.watching(turn(robot, 2 * np.pi))
-        while not sure and self.elapsed < self.config.enough and (frontier := self.exploration.next_frontier()):
-            sure = yield from self.watching(self.visit(frontier))
+        sure = yield from self.explore()
+        if robot.localizer.lost:
+            return self.ended("lost", self.best)
         if self.best is None or self.best.confidence < self.config.claimed:
             return self.ended("not found", self.best)
         if not sure:
             centred = yield from self.spotter.approach(self.best.sighting)
             self.best = self.best if centred is None else replace(self.best, sighting=centred)
         return self.ended("found", self.best)
+
+    def explore(self) -> Story:
+        """Look around, go from frontier to frontier, then to what resembles the object; whether a claim is sure."""
+        robot, around = self.robot, False
+        sure = yield from self.watching(turn(robot, 2 * np.pi))
+        while not sure and self.elapsed < self.config.enough and (yield from locate(robot)):
+            if (frontier := self.exploration.next_frontier()) is not None:
+                sure, around = (yield from self.watching(self.visit(frontier))), False
+            elif not around:  # or did something only stand in the way?
+                sure, around = (yield from self.watching(turn(robot, 2 * np.pi))), True
+            elif self.exploration.consider():
+                sure = yield from self.pursue()
+            else:
+                break
+        return sure
 
     def watching(self, action: Story) -> Story:
         """Do that, and heed every picture meanwhile; whether it led to a claim that is sure.
@@ -75,7 +91,10 @@ class ExploreForObject(Search):
                 self.best = claim
             if claim is not None and claim.confidence >= self.config.sure:
                 return True
-            self.exploration.refute()
+            if self.robot.localizer.lost:  # that is nothing against the place
+                self.exploration.goal = None
+            else:
+                self.exploration.refute()
         return False
 
     def visit(self, frontier: Frontier) -> Story:
@@ -91,7 +110,7 @@ class ExploreForObject(Search):
             return best is None or not self.exploration.choice.is_same(best.waypoint, frontier.waypoint)
 
         arrived = yield from until(beaten, drive(self.robot, frontier.waypoint))
-        if arrived is False:
+        if arrived is False and not self.robot.localizer.lost:
             self.exploration.choice.drop(frontier.waypoint)
         elif arrived:
             yield from until(beaten, turn(self.robot, 2 * np.pi))
@@ -101,7 +120,7 @@ class ExploreForObject(Search):
         robot = self.robot
         while route(robot, self.exploration.goal.nearest(robot.pose), near=self.config.beside) is None:
             frontier = self.exploration.next_frontier()
-            if frontier is None:
+            if frontier is None or robot.localizer.lost:
                 return None
             for twist in self.visit(frontier):
                 yield twist

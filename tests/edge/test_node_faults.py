@@ -122,21 +122,21 @@ def test_what_an_idle_robot_sees_is_committed_now_and_then(rig, monkeypatch):
 
 def test_what_a_full_disk_did_not_take_is_saved_when_it_has_room_again(rig, monkeypatch, caplog):
     full = True
+    keep_map = Vlpg._keep_map
 
-    def limited(write):
-        def maybe(memory, *what):
-            if full:
-                raise sqlite3.OperationalError("database or disk is full")
-            write(memory, *what)
+    def limited(memory, data):
+        if full:
+            raise sqlite3.OperationalError("database or disk is full")
+        keep_map(memory, data)
 
-        return maybe
-
-    for name in ("note_camera", "mark_mapped", "save_map", "flush"):
-        monkeypatch.setattr(Vlpg, name, limited(getattr(Vlpg, name)))
+    monkeypatch.setattr(Vlpg, "_keep_map", limited)
     rig = rig(missions(map_steps=30))
+    rig.node.config = replace(rig.node.config, save_every=0.5)
     rig.until(lambda: rig.status().outcome == "mapped" and "disk is full" in rig.status().problem)
+    later = rig.time + 2
+    rig.until(lambda: rig.time > later)  # other savings, of nothing, do not hide it
+    assert "disk is full" in rig.status().problem
     full = False
-    assert rig.ask("find", requests.Find("teddy bear"), requests.FindReply).status == "found"
     rig.until(lambda: not rig.status().problem)
     memory = rig.robot.memory
     assert memory.mapped and memory.load_map() and memory._meta("hfov") == repr(rig.robot.camera.hfov)

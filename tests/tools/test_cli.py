@@ -216,6 +216,15 @@ def test_a_model_of_the_users_own(tmp_path):
     assert complains(vlpg("models", "remove", "mine", VLPG_MODELS=shelf), "no model named mine")
 
 
+def test_a_model_that_cannot_be_read_hides_no_other(tmp_path):
+    shelf = tmp_path / "shelf"
+    shutil.copytree(Path(models.__file__).parent / "lite0-minilm", shelf / "mine")
+    (shelf / "mine" / "manifest.json").write_text("{")
+    for command in (["list"], ["verify", "--files-only"]):
+        done = vlpg("models", *command, VLPG_MODELS=shelf)
+        assert done.returncode == 2 and "lite0-minilm" in done.stdout and "cannot be read" in done.stderr
+
+
 def test_a_model_is_pulled_from_a_hub(tmp_path):
     place = tmp_path / "hub" / "me" / "small" / "resolve" / "main"
     shutil.copytree(Path(models.__file__).parent / "lite0-minilm", place)

@@ -1,6 +1,7 @@
 """``vlpg deploy``: put the robot on a board, and look after it there."""
 
 import argparse
+from contextlib import suppress
 from pathlib import Path
 
 from edge.bench.__main__ import SUBJECTS
@@ -82,14 +83,16 @@ def _push(options) -> int:
     facts = board.probe()
     print(f"{options.board}: {facts}")
     config = BundleConfig(facts.target(options.offload), model, options.offload)
-    number, size = board.send(contents(config, _cache(config.target)))
+    content = contents(config, _cache(config.target))
+    number, size = board.send(content)
     print(f"sent {number} files, {size / 1e6:.1f} MB; what had not changed was there already")
     try:
         print(board.install().strip())
     except DeployError:
-        if board.release():  # it was installed, and does not start
-            print(board.doctor()[0].rstrip())
-            board.logs()
+        with suppress(DeployError):  # the board may be gone
+            if board.release() == content["release"].decode().strip():  # it is installed, and does not start
+                print(board.doctor()[0].rstrip(), flush=True)
+                board.logs()
         raise
     table, well = board.doctor()
     print(table.rstrip())

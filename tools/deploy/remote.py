@@ -63,7 +63,7 @@ class Facts:
             system = f"of {self.bits} bit, with glibc {'.'.join(map(str, self.libc))}"
             raise DeployError(f"the board's system is {system}; it takes one of 64 bit, with glibc 2.28 or newer")
         if not self.root:
-            raise DeployError("sudo asks for a password there; let it not, or push to root@")
+            raise DeployError("there is no sudo, or it asks for a password; let it not, or push to root@")
         if not self.pythons:
             raise DeployError(f"the board has no Python {' or '.join(PYTHONS)}; install one of them there")
         if self.disk < disk:
@@ -100,6 +100,10 @@ class Board:
         values = dict(line.split(" ", 1) for line in lines if " " in line)
         features = next((line.split()[1:] for line in lines if line.startswith("features")), [])
         versions = dict.fromkeys(re.findall(r"^Python (\d+\.\d+)", "\n".join(lines), re.MULTILINE))
+
+        def numbers(name):
+            return [float(line.split(" ")[1]) for line in lines if line.startswith(f"{name} ")]
+
         try:
             return Facts(
                 machine=values["machine"],
@@ -108,8 +112,8 @@ class Board:
                 installed="installed" in values,
                 root=bool(self.root) or "root" in values,
                 pythons=tuple(version for version in versions if version in PYTHONS),
-                disk=min(float(line.split(" ")[1]) for line in lines if line.startswith("disk ")),
-                memory=float(values["memory"]) + float(values.get("robot", 0)),
+                disk=min(numbers("disk")),
+                memory=float(values["memory"]) + sum(numbers("robot")),
                 features=frozenset(features),
                 clock=float(values["clock"]) - time.time(),
             )

@@ -58,6 +58,7 @@ def test_against_an_earlier_report(measured, tmp_path, capsys):
         (["store", "--enforce", "100"], "only missions"),
         (["all", "--recording", "x", "--enforce", "-100"], "no limit"),
         (["all", "--recording", "x", "--enforce", "nan"], "no limit"),
+        (["all", "--recording", "x", "--enforce", "abc"], "no limit"),
         (["all", "--recording", "x", "--enforce", "100", "--json", "x.json"], "--enforce says only"),
         (["encoder", "--budget", "pi-zero-2w"], "no budget limits encoder"),
         (["store", "--json", "/nowhere/x.json"], "there is no folder /nowhere"),
@@ -87,7 +88,7 @@ def test_what_is_measured_is_kept_as_it_comes(monkeypatch, tmp_path):
 
     monkeypatch.setattr(command, "measure", measure)
     assert ended(["store", "--json", str(tmp_path / "bench.json")]) == 2
-    assert Report.load(tmp_path / "bench.json").runs == 1
+    assert Report.load(tmp_path / "bench.part").runs == 1 and not (tmp_path / "bench.json").exists()
 
 
 def test_each_kind_of_mission_has_the_budgets_limit_for_it(monkeypatch, recording, capsys):

@@ -201,6 +201,8 @@ def test_a_sensor_that_falls_silent_is_named(base, fake):
     assert "camera" in base.silent
     goes_on(104.5, lambda stamp: fake.scan(stamp + 5), fake.color, fake.depth)  # its clock is ahead
     assert "lidar" in base.silent and "clock" in base.silent
+    goes_on(106.0, fake.scan, lambda stamp: fake.color(stamp + 50), lambda stamp: fake.depth(stamp + 50))
+    assert "camera" in base.silent and "clock" in base.silent
 
 
 def test_the_camera_is_the_announced_one(base, fake):

@@ -79,7 +79,7 @@ def test_what_is_no_store_is_left_alone(tmp_path):
 def test_a_store_that_a_robot_uses_is_left_alone(path):
     with Vlpg.open(path, "old", "aa", 4) as used:
         used.add(7.0, (7, 0, 0), np.eye(3), np.eye(4)[[0]], [0.0], keyframe=b"\x03")
-        with pytest.raises(StoreError, match="in use by another robot; stop that one"):
+        with pytest.raises(StoreError, match="in use; stop the robot that uses it"):
             reindex(path, "new", "bb", 8, embed)
         used.save_map(b"newer")
     assert sorted(file.name for file in path.parent.iterdir()) == ["home.vlpg", "home.vlpg.lock"]
@@ -100,11 +100,26 @@ def test_what_is_known_of_the_home_and_the_camera_stays(path, mapped):
 
 def test_no_robot_opens_the_store_while_it_is_moved(path):
     def meanwhile(jpeg, hfov):
-        with pytest.raises(StoreError, match="in use by another robot"):
+        with pytest.raises(StoreError, match="in use; stop the robot"):
             Vlpg.open(path, "old", "aa", 4)
         return embed(jpeg, hfov)
 
     assert reindex(path, "new", "bb", 8, meanwhile).embedded == 2
+
+
+def test_the_lock_is_the_stores_owners(path, monkeypatch):
+    owned = []
+    monkeypatch.setattr("edge.memory.reindex.os.fchown", lambda file, *owner: owned.append(owner))
+    path.with_name("home.vlpg.lock").unlink()
+    reindex(path, "new", "bb", 8, embed)
+    assert owned == [(path.stat().st_uid, path.stat().st_gid)]
+
+
+def test_a_store_none_of_whose_pictures_can_be_read_is_left_as_it_is(path):
+    with pytest.raises(StoreError, match="none of the pictures"):
+        reindex(path, "new", "bb", 8, lambda jpeg, hfov: None)
+    with Vlpg.open(path, "old", "aa", 4) as store:
+        assert len(store) == 3
 
 
 def test_a_picture_that_cannot_be_read_costs_its_node_only(path):

@@ -47,7 +47,7 @@ def test_one_robot_at_a_time(tmp_path):
     path = tmp_path / "home.vlpg"
     with opened(path) as store:
         walk(store, np.random.default_rng(3), 3)
-        with pytest.raises(StoreError, match="in use by another robot"):
+        with pytest.raises(StoreError, match="in use; stop the robot"):
             opened(path)
         store.save_map(b"it goes on")
     with opened(path) as store:
@@ -182,7 +182,12 @@ def test_a_whole_store_that_may_not_be_written_is_not_called_damaged(tmp_path, m
 
 @pytest.mark.parametrize(
     "harm",
-    ["UPDATE embedding SET vector = x'0102'", "UPDATE node SET reach = x'0102'", "DROP TABLE embedding"],
+    [
+        "UPDATE embedding SET vector = x'0102'",
+        "UPDATE node SET reach = x'0102'",
+        "UPDATE node SET tour = 1000000000000",
+        "DROP TABLE embedding",
+    ],
 )
 def test_content_that_cannot_be_is_told_and_lets_go_of_the_file(tmp_path, harm):
     path = tmp_path / "home.vlpg"

@@ -5,7 +5,7 @@ import pytest
 
 from edge.localization.localizer import Localizer, LocalizerConfig
 from edge.mapping.object_goal import ObjectGoal, Surface
-from edge.missions.exploration import Candidate, Exploration
+from edge.missions.exploration import Exploration, Likeness
 from edge.observation import STOP, Twist
 from edge.perception.prompts import Target, ensemble
 from edge.pose import between
@@ -53,31 +53,15 @@ def test_pictures_from_one_place_count_once():
     assert exploration.relevance.variance.min() < 0.9 * once.min()
 
 
-def test_a_close_look_confirms_it():
-    world, robot, exploration = explorer(start=TO_COUCH)
-    found = exploration.look_closely()
-    assert found is exploration.best and found.score > 0.9 and found.confidence == 0.99
-    assert found.goal.is_at(place_of(world, "couch-1", TO_COUCH))
-
-
-def test_a_close_look_elsewhere_does_not_confirm_the_goal_but_moves_it():
-    world, robot, exploration = explorer(start=TO_COUCH)
-    exploration.goal = ObjectGoal(Surface(np.array([[2.5, -1.5]]), False))
-    assert exploration.look_closely() is None and exploration.best is None
-    assert exploration.goal.is_at(place_of(world, "couch-1", TO_COUCH))
-
-
 def test_a_firm_view_of_the_same_thing_is_no_other_goal_and_one_from_afar_no_better_one():
     world, robot, exploration = explorer(start=TO_COUCH)
     exploration.goal = goal = ObjectGoal(Surface(np.array([[1.0, 0.0]]), True))
     firm, elsewhere = Surface(np.array([[1.1, 0.0]]), False), Surface(np.array([[6.0, 3.0]]), False)
     exploration._notice(firm)
     assert exploration.goal is goal and not goal.provisional
-    exploration.goal = goal = ObjectGoal(Surface(np.array([[1.0, 0.0]]), True))
-    exploration.candidates.append(Candidate(goal, 0.95, 0.8))
     exploration._notice(elsewhere)
-    assert exploration.goal is goal  # it was looked at closely
-    exploration.candidates.clear()
+    assert exploration.goal is goal
+    exploration.goal = ObjectGoal(Surface(np.array([[1.0, 0.0]]), True))
     exploration._notice(elsewhere)
     assert exploration.goal.is_at([6.0, 3.0])
 
@@ -88,7 +72,24 @@ def test_what_was_refuted_is_not_noticed_again():
     assert exploration.goal is None
     robot.perceive(world.step(STOP))
     exploration.take_in()
-    assert exploration.goal is None and exploration.guess() is not None and exploration.guess() is None
+    assert exploration.goal is None and not exploration.consider()
+
+
+def seen_at(x, y=0.0):
+    return Surface(np.array([[x, y]]), False)
+
+
+def test_what_resembles_it_is_considered_once_the_likeliest_first():
+    _, _, exploration = explorer("teddy bear")
+    for score, x in ((0.4, 1.0), (0.6, 3.0), (0.5, 3.4), (0.7, 1.3)):  # two places, twice each
+        exploration._compare(Likeness(score, np.array([x, 0.0]), seen_at(x)))
+    assert sorted((alike.score, alike.place[0]) for alike in exploration.alike) == [(0.6, 3.0), (0.7, 1.3)]
+    found = []
+    while exploration.consider():
+        found.append(round(exploration.goal.centroid[0], 1))
+        exploration.goal.update(seen_at(exploration.goal.centroid[0], 1.2))  # seen from near, it is elsewhere
+        exploration.refute()
+    assert found == [1.3, 3.0]
 
 
 def test_once_refuted_it_may_be_behind():
@@ -127,3 +128,15 @@ def test_a_lost_robot_does_not_heed_its_pictures():
     robot.perceive(world.step(STOP))
     exploration.take_in()
     assert robot.frame is not None and (exploration.relevance.mean == before).all()
+
+
+def test_furniture_that_only_the_lidar_has_seen_is_looked_at_last(monkeypatch):
+    _, robot, exploration = explorer("teddy bear")
+    asked = []
+    monkeypatch.setattr(
+        robot.coverage, "explored", lambda grid, radius: asked.append(radius) or np.zeros(grid.frame.shape, bool)
+    )
+    assert exploration.next_frontier() is not None and not asked
+    while exploration.next_frontier() is not None and not asked:
+        exploration.choice.drop(exploration.next_frontier().waypoint)  # there is no way to any other
+    assert asked

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from edge.localization.localizer import Localizer
 from edge.mapping.object_goal import ObjectGoal, Surface
 from edge.missions.exploration import ExplorationConfig
 from edge.missions.explore_for_object import ExploreConfig, ExploreForObject
@@ -89,3 +90,66 @@ def test_after_a_false_alarm_what_it_was_about_to_do_is_left():
     mission.exploration.take_in, mission.reach = alarm, reach
     assert list(mission.watching(drive())) == [STOP] * 3 and steps == [0, 1]
     assert mission.exploration.goal is None
+
+
+class Seeks(ExploreForObject):
+    """Explores; ``seen`` has what it does, one word each."""
+
+    def __init__(self, robot, noun, frontiers):
+        super().__init__(robot, Target.of(noun, robot.encoder))
+        self.seen, self.left = [], list(frontiers)
+        self.exploration.take_in = lambda: None
+        self.exploration.next_frontier = lambda: self.left.pop(0) if self.left else None
+        self.exploration.consider = self.consider
+
+    def consider(self):
+        self.seen.append("consider")
+        return self.seen.count("consider") < 3
+
+    def visit(self, frontier):
+        self.seen.append(frontier)
+        yield STOP
+
+    def pursue(self):
+        self.seen.append("pursue")
+        yield STOP
+        return False
+
+    def watching(self, action):
+        if action.__name__ == "turn":
+            self.seen.append("look around")
+            action = iter([STOP])
+        return (yield from super().watching(action))
+
+
+def test_what_it_tries_before_it_gives_up():
+    mission = Seeks(make_robot(make_world()), "teddy bear", ["a", None, "b"])
+    steps = mission.explore()
+    assert not (yield_all(steps))
+    around, pursued = ["look around"], ["consider", "pursue"]
+    assert mission.seen == [*around, "a", *around, "b", *around, *pursued, *pursued, "consider"]
+
+
+def yield_all(story):
+    """What a story returns."""
+    while True:
+        try:
+            next(story)
+        except StopIteration as end:
+            return end.value
+
+
+def test_a_robot_that_is_lost_says_so_and_does_not_blame_the_frontier(monkeypatch):
+    world = make_world()
+    robot = make_robot(world)
+    mission = ExploreForObject(robot, Target.of("teddy bear", robot.encoder))
+    observation = world.step(None)
+    while robot.distance < 1.0:
+        observation = world.step(mission.step(observation))
+    dropped = []
+    monkeypatch.setattr(mission.exploration.choice, "drop", dropped.append)
+    robot.localizer = Localizer(lost=True)
+    monkeypatch.setattr(robot.localizer, "relocalize", lambda scan, grid: False)
+    while not mission.done:
+        observation = world.step(mission.step(observation))
+    assert mission.outcome.status == "lost" and not dropped

@@ -174,15 +174,19 @@ def test_what_is_no_linux_is_told(tmp_path):
         Board("me@board", f"sh {tmp_path}/ssh").probe()
 
 
-def test_a_robot_that_does_not_start_is_looked_at_by_the_doctor(monkeypatch, cache, capsys):
+@pytest.mark.parametrize("installed", [True, False])
+def test_a_robot_that_does_not_start_is_looked_at_by_the_doctor(monkeypatch, cache, model, capsys, installed):
     """Its script and its journal are a real board's; here they are what they would say."""
+    release = contents(BundleConfig(Target(), model), cache)["release"].decode().strip() if installed else "older"
 
     def fails(self):
         raise DeployError("the robot does not start")
 
-    told = {"probe": lambda self: BOARD, "send": lambda self, content: (0, 0), "install": fails}
-    told |= {
-        "release": lambda self: "abc",
+    told = {
+        "probe": lambda self: BOARD,
+        "send": lambda self, content: (0, 0),
+        "install": fails,
+        "release": lambda self: release,
         "doctor": lambda self: ("the table\n", False),
         "logs": lambda self: print("why"),
     }
@@ -192,7 +196,8 @@ def test_a_robot_that_does_not_start_is_looked_at_by_the_doctor(monkeypatch, cac
     with pytest.raises(SystemExit) as ended:
         command.main(["push", "me@board"])
     said = capsys.readouterr()
-    assert ended.value.code == 2 and said.out.endswith("the table\nwhy\n") and "does not start" in said.err
+    assert ended.value.code == 2 and "does not start" in said.err
+    assert said.out.endswith("the table\nwhy\n") == installed
 
 
 def test_who_is_not_there_or_does_not_let_us_in(ssh, tmp_path):
@@ -209,7 +214,7 @@ def test_who_is_not_there_or_does_not_let_us_in(ssh, tmp_path):
         ({"bits": 32}, "of 32 bit"),
         ({"libc": (2, 24)}, "glibc 2.24"),
         ({"pythons": ()}, "no Python 3.11 or 3.13"),
-        ({"root": False}, "sudo asks for a password"),
+        ({"root": False}, "no sudo, or it asks for a password"),
         ({"disk": 100.0}, "100 MB of disk"),
         ({"memory": 50.0}, "50 MB of memory"),
         ({"clock": -86400.0}, "-86400 s off"),

@@ -41,8 +41,9 @@ if [ -n "$rollback" ]; then
     [ -n "$root" ] || "$base/$before/bin/vlpg-robot" --help >/dev/null ||
         fail "the version before does not run here any more; it was made for $(cat "$base/$before/about.json")"
     point "$base/current" "$before"
-    if [ -e "$base/$now/failed" ]; then rm "$base/previous"; else point "$base/previous" "$now"; fi
+    [ -e "$base/$now/failed" ] || point "$base/previous" "$now"
     activate
+    [ "$(readlink "$base/previous")" != "$before" ] || rm "$base/previous"
     echo "back at ${before#releases/}"
     exit
 fi
@@ -95,10 +96,12 @@ END
     trap - EXIT
 fi
 if [ "$found" != "@PYTHON@, 64 bit" ]; then
-    echo "install.sh: without a Python @PYTHON@ here the code is not compiled; until this is run on the board, too, the robot takes longer to start, and more memory" >&2
+    echo "install.sh: without a Python @PYTHON@ here the code is not compiled; until this is run on the board, too," \
+        "the robot takes longer to start, and more memory" >&2
 elif ! [ -e "$folder/compiled" ]; then
     # A package may carry files for other Pythons. One file at a time: a robot may be running beside it.
     "$python" -I -m compileall -q -o 2 "$folder/site" "$folder/app" >/dev/null || true
+    sync -f "$folder"
     touch "$folder/compiled"
 fi
 

@@ -8,13 +8,13 @@ import numpy as np
 
 from edge.mapping.frontiers import reachable
 from edge.mapping.object_goal import ObjectGoal
-from edge.missions.exploration import Exploration
 from edge.missions.motion import route
 from edge.observation import Observation
 from edge.planning.standpoint import stands_before
 from edge.pose import wrap
 from edge.robot import Robot
 from tools.eval.objectnav.actions import FORWARD, TURN, Action
+from tools.eval.objectnav.candidates import CandidateExploration
 
 # "guessed": nothing is sure, and the protocol promises that the thing is somewhere.
 Ending = Literal["", "found", "guessed", "explored", "out of actions"]
@@ -37,7 +37,7 @@ class AgentConfig:
 class Agent:
     """Turns once around, then goes to frontiers until it sees the object, and to that; ``ending``: how it ended."""
 
-    def __init__(self, robot: Robot, exploration: Exploration, config: AgentConfig | None = None):
+    def __init__(self, robot: Robot, exploration: CandidateExploration, config: AgentConfig | None = None):
         self.config = config or AgentConfig()
         self.robot, self.exploration = robot, exploration
         self.ending: Ending = ""
@@ -60,10 +60,13 @@ class Agent:
         for _ in range(round(2 * np.pi / TURN)):
             yield "left"
         while True:
-            if exploration.goal is not None:
-                yield from self._reach()
-            elif self.actions >= last or (frontier := exploration.next_frontier()) is None:
-                yield from self._settle_for(exploration.best.goal if exploration.best else exploration.guess())
+            if self.actions >= last:
+                yield from self._settle_for(exploration.guesses)
+            elif exploration.goal is not None:
+                yield from self._reach(last)
+            elif (frontier := exploration.next_frontier()) is None:
+                if not exploration.consider():
+                    yield from self._settle_for(exploration.guesses)
             elif (action := self.toward(frontier.waypoint)) is not None:
                 yield action
             elif self.path is None:
@@ -87,11 +90,14 @@ class Agent:
             return self._turn(away)
         return "forward"
 
-    def _reach(self) -> Iterator[Action]:
-        """Point-goal navigation to the object; it is looked at closely from near, and only what is sure counts."""
+    def _reach(self, last: int) -> Iterator[Action]:
+        """Point-goal navigation to the object; it is looked at closely from near, and only what is sure counts.
+
+        At action ``last`` it turns to what it is surest of.
+        """
         config, sought = self.config, self.exploration.goal
         looked = confirmed = arrived = False
-        while (goal := self.exploration.goal) is sought:
+        while (goal := self.exploration.goal) is sought and (confirmed or self.actions < last):
             distance, bearing = self._offset(goal)
             if distance < config.near and not looked and abs(bearing) > config.facing:
                 yield self._turn(bearing)  # nearer still, what lies low would leave the picture
@@ -104,7 +110,7 @@ class Agent:
             arrived = action is None or (before and near_enough)
             if not arrived:
                 yield action
-            elif confirmed:
+            elif confirmed and (near_enough or self.path is not None):
                 yield self._end("found", goal)
             elif abs(bearing) > TURN / 2:
                 yield self._turn(bearing)
@@ -136,18 +142,23 @@ class Agent:
                 return stands[np.hypot(*(stands - robot.pose[:2]).T).argmin()]
         return None
 
-    def _settle_for(self, goal: ObjectGoal | None) -> Iterator[Action]:
-        """To the best guess: the object is here, as the protocol promises."""
-        while goal is not None:
-            stand, (distance, _) = self._stand(goal), self._offset(goal)
-            if stand is None:
-                action = self.toward(goal.nearest(self.robot.pose), self.config.stop)
-            else:
-                action = self.toward(stand, 0.0)
-            if action is None or (stand is None and distance <= self.config.stop):
+    def _settle_for(self, guesses: list[ObjectGoal]) -> Iterator[Action]:
+        """To the best guess that there is a way to: the object is here, as the protocol promises."""
+        for goal in guesses:
+            while (action := self._to(goal)) is not None:
+                yield action
+            if self.path is not None or self._offset(goal)[0] <= self.config.stop:
                 yield self._end("guessed", goal)
-            yield action
         yield self._end("explored")
+
+    def _to(self, goal: ObjectGoal) -> Action | None:
+        """The action that leads to before the goal; None there, or without a way."""
+        stand = self._stand(goal)
+        if stand is not None:
+            return self.toward(stand, 0.0)
+        if self._offset(goal)[0] <= self.config.stop:
+            return None
+        return self.toward(goal.nearest(self.robot.pose), self.config.stop)
 
     def _turn(self, bearing: float) -> Action:
         return "left" if bearing > 0 else "right"

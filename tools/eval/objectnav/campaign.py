@@ -5,23 +5,32 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from edge.localization.localizer import LocalizerConfig
+from edge.mapping.coverage import CoverageConfig
+from edge.mapping.object_goal import ObjectGoalConfig
+from edge.mapping.occupancy import OccupancyConfig
 from edge.mapping.relevance import RelevanceConfig
 from edge.missions.exploration import ExplorationConfig
 from edge.perception.detection import DetectorConfig
 from edge.perception.encoder import Encoder
+from edge.planning.standpoint import StandpointConfig
 from edge.robot import RobotConfig
 from firmware_sim.home import load_home
 from firmware_sim.house import House
 from models.manifest import DEFAULT
 from tools.eval.objectnav.actions import ActorConfig
 from tools.eval.objectnav.agent import AgentConfig
+from tools.eval.objectnav.candidates import CandidateConfig
 from tools.eval.objectnav.episode import Episode, explore
 from tools.eval.objectnav.goal_region import CLEARANCE, GoalRegion
 from tools.eval.objectnav.planners import Planner
 from tools.eval.tour import nouns
 
 # What of the robot and the protocol may change from one release to the next, as it is in this one.
-SETTINGS = repr((AgentConfig(), ActorConfig(), ExplorationConfig(), DetectorConfig(), RelevanceConfig(), RobotConfig()))
+SETTINGS = repr(
+    (AgentConfig(), ActorConfig(), CoverageConfig(), DetectorConfig(), ExplorationConfig(), LocalizerConfig())
+    + (ObjectGoalConfig(), OccupancyConfig(), RelevanceConfig(), RobotConfig(), StandpointConfig(), CandidateConfig())
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from zlib import crc32
 
+import cv2
 import numpy as np
 
 from edge.memory.store import Vlpg
@@ -34,6 +35,7 @@ class Episode:
     success: bool  # it stops of its own accord, and stands within the clearance of an instance, in line of sight
     spl: float  # success weighted by path length (Anderson et al. 2018)
     cause: str  # why it failed; "" when it did not
+    claimed: str  # the name of what stands where it says that the thing is; "" when it says nothing
     actions: int
     length: float  # m driven
     shortest: float  # m, from the start to the nearest place where stopping counts
@@ -121,6 +123,7 @@ def explore(home: str, name: str, noun: str, planner: Planner, encoder, seed: in
         success=success,
         spl=shortest / max(shortest, length) if success else 0.0,
         cause="" if success else _cause(run, region),
+        claimed=_claimed(run),
         actions=run.agent.actions,
         length=length,
         shortest=shortest,
@@ -131,6 +134,19 @@ def explore(home: str, name: str, noun: str, planner: Planner, encoder, seed: in
     )
 
 
+def _claimed(run: Run) -> str:
+    """What is nearest to the place that it drove to in the end."""
+    aim = run.agent.aim
+    if aim is None:
+        return ""
+    place = run.in_house(aim.nearest(run.robot.pose)).tolist()
+
+    def inside(thing):  # m, negative outside of it
+        return cv2.pointPolygonTest(thing.footprint.astype(np.float32), place, True)
+
+    return max(run.world.house.objects.values(), key=inside).model.name
+
+
 LAST = 50  # actions; a robot that bumped in a third of its last ones was caught
 AIMED = 0.5  # m from the object's outline; a robot that aimed there meant it
 
@@ -139,8 +155,8 @@ def _cause(run: Run, region: GoalRegion) -> str:
     ending, actions, aim = run.agent.ending, run.agent.actions, run.agent.aim
     if aim is not None and region.shows(run.in_house(aim.nearest(run.robot.pose)), AIMED):
         return "stopped short"
-    if ending == "found":
-        return "false positive"
+    if aim is not None:
+        return "false positive" if ending == "found" else "wrong guess"
     if sum(bump > actions - LAST for bump in run.bumps) >= LAST / 3:
         return "collision trap"
     if run.seen:

@@ -85,7 +85,7 @@ def _map(run: Run, values: np.ndarray, driven: np.ndarray) -> np.ndarray:
     for thing in instances_of(run.world.house, run.noun):
         cv2.polylines(canvas, [at(run.in_map(thing.footprint))], True, _TRUE, 2, cv2.LINE_AA)
     if agent.exploration.goal is not None:
-        x, y = at(agent.exploration.goal.nearest(robot.pose))[0].tolist()
+        x, y = at(agent.exploration.goal.centroid)[0].tolist()
         cv2.drawMarker(canvas, (x, y), _GOAL, cv2.MARKER_TILTED_CROSS, 14, 2)
     here, ahead = at([robot.pose[:2], robot.pose[:2] + 0.4 * np.array([np.cos(robot.pose[2]), np.sin(robot.pose[2])])])
     cv2.circle(canvas, here.tolist(), max(3, round(robot.config.radius * scale)), _PATH, -1, cv2.LINE_AA)

@@ -5,11 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from edge.mapping.relevance import RelevanceConfig, RelevanceMap
-from edge.missions.exploration import Exploration, ExplorationConfig
+from edge.missions.exploration import ExplorationConfig
 from edge.perception.prompts import ENSEMBLE, Target
 from edge.planning.acquisition import BETA, expected_improvement, upper_confidence_bound
 from edge.planning.frontier_choice import Acquisition, ChoiceConfig
 from edge.robot import Robot
+from tools.eval.objectnav.candidates import CandidateExploration
 from tools.eval.objectnav.value_map import ValueMap
 
 VLFM_PROMPT = 0  # index in ENSEMBLE of the one that VLFM uses
@@ -27,19 +28,19 @@ class Planner:
     tie: float = ChoiceConfig.tie  # of the best score, by which a nearer frontier's may be less
     calibrated: bool = True  # False: raw cosines, as printed
 
-    def exploration(self, robot: Robot, target: Target, seed: int) -> Exploration:
+    def exploration(self, robot: Robot, target: Target, seed: int) -> CandidateExploration:
         """An exploration that follows it; ``seed`` is the random planner's."""
         texts = [ENSEMBLE[index].format(target.name) for index in self.prompts]
         relevance = ValueMap() if self.values else RelevanceMap(RelevanceConfig(off_axis=self.off_axis))
         acquisition = ACQUISITIONS[self.acquisition](self, seed)
         # A draw means nothing the next time: the random planner keeps to what it has drawn.
         choice = ChoiceConfig(tie=0.0, margin=np.inf) if self.acquisition == "random" else ChoiceConfig(tie=self.tie)
-        kind = Exploration if self.calibrated else _Raw
+        kind = CandidateExploration if self.calibrated else _Raw
         vectors = robot.encoder.encode_text(texts)
         return kind(robot, target, vectors, acquisition, relevance, ExplorationConfig(choice=choice))
 
 
-class _Raw(Exploration):
+class _Raw(CandidateExploration):
     def promise(self, view):
         return self.prompts @ view.vectors[0]
 

@@ -6,7 +6,7 @@ from edge.mapping.object_goal import ObjectGoal, Surface
 from tools.eval.objectnav import command, overlay
 from tools.eval.objectnav.agent import AgentConfig
 from tools.eval.objectnav.campaign import Plan, chosen
-from tools.eval.objectnav.episode import Run, _cause, explore
+from tools.eval.objectnav.episode import Run, _cause, _claimed, explore
 from tools.eval.objectnav.goal_region import GoalRegion
 from tools.eval.objectnav.planners import PLANNERS
 from tools.eval.spread import load, run_homes
@@ -38,12 +38,34 @@ def test_out_of_actions_is_no_success(home):
     assert run.agent.ending == "out of actions" and run.agent.actions == 5
 
 
-@pytest.mark.parametrize(("thing", "cause"), [("teddy-1", "stopped short"), ("couch-1", "false positive")])
-def test_why_a_claim_is_wrong_depends_on_what_was_meant(home, thing, cause):
+@pytest.mark.parametrize(
+    ("ending", "thing", "cause", "claimed"),
+    [
+        ("found", "teddy-1", "stopped short", "Teddy bear"),
+        ("found", "couch-1", "false positive", "Couch"),
+        ("guessed", "couch-1", "wrong guess", "Couch"),
+    ],
+)
+def test_why_a_claim_is_wrong_depends_on_what_was_meant(home, ending, thing, cause, claimed):
     run = Run(home, "teddy bear", PLANNERS["closest"], None, 0)
-    run.agent.ending = "found"
+    run.agent.ending = ending
     run.agent.aim = ObjectGoal(Surface(run.in_map([run.world.house.objects[thing].footprint.mean(axis=0)]), False))
-    assert _cause(run, GoalRegion(run.world.house, "teddy bear")) == cause
+    assert _cause(run, GoalRegion(run.world.house, "teddy bear")) == cause and _claimed(run) == claimed
+
+
+@pytest.mark.parametrize(
+    ("seen", "bumps", "ending", "cause"),
+    [
+        (True, 0, "explored", "seen but missed"),
+        (False, 0, "explored", "never seen"),
+        (False, 0, "out of actions", "timeout"),
+        (True, 20, "out of actions", "collision trap"),
+    ],
+)
+def test_why_nothing_was_claimed(home, seen, bumps, ending, cause):
+    run = Run(home, "teddy bear", PLANNERS["closest"], None, 0)
+    run.agent.ending, run.seen, run.bumps = ending, seen, [0] * bumps
+    assert _cause(run, GoalRegion(run.world.house, "teddy bear")) == cause and _claimed(run) == ""
 
 
 def test_what_is_not_there_is_a_false_claim_or_none(home):

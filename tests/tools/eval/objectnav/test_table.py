@@ -9,8 +9,8 @@ from tools.eval.objectnav.episode import Episode
 from tools.eval.objectnav.table import ENSEMBLES, SINGLE, margin, rows, show, show_spread, spread
 
 RIGHT = Episode(
-    home="a", planner="I-FBE2", noun="couch", ending="found", success=True, spl=0.5, cause="", actions=40, length=8.0,
-    shortest=4.0, distance=0.8, bumps=0, seen=True, confidence=0.7,
+    home="a", planner="I-FBE2", noun="couch", ending="found", success=True, spl=0.5, cause="", claimed="Couch",
+    actions=40, length=8.0, shortest=4.0, distance=0.8, bumps=0, seen=True, confidence=0.7,
 )  # fmt: skip
 WRONG = replace(RIGHT, success=False, spl=0.0, cause="false positive", distance=np.inf)
 
