@@ -6,7 +6,7 @@ import numpy as np
 
 from edge.missions.centring import centre
 from edge.missions.mission import Mission
-from edge.missions.motion import drive
+from edge.missions.motion import drive, turn
 from edge.missions.spotter import Spotter, SpotterConfig
 from edge.observation import STOP
 from edge.perception.prompts import Target
@@ -59,8 +59,8 @@ def look_in_vain_from_aside(mapped):
     uncover = spotter.uncover
 
     def stare():
+        yield from turn(robot, 1.0)  # it looks elsewhere, and then
         robot.config = replace(robot.config, radius=5.0)  # no way is wide enough any more
-        yield STOP
 
     def uncovering(centred):
         spotter.stare, spotter.centred = stare, centred
@@ -99,3 +99,33 @@ def look_around(mapped):
 def test_after_looking_to_all_sides_it_faces_what_it_saw_and_centres_it(mapped):
     off, centred = in_child(look_around, mapped)
     assert abs(off) < 0.1 and centred is not None
+
+
+class Waits(Look):
+    """Sees the couch, waits longer than centring is patient, and then does not see it for a moment."""
+
+    def story(self):
+        yield from drive(self.robot, (0.0, -1.2), heading=1.9)
+        detector, sought = self.spotter.detector, Target.of("couch", self.robot.encoder)
+        seen, detect, blinks = (yield from self.spotter.look()), detector.detect, 3
+        later = self.robot.stamp + 3.0
+        while self.robot.stamp < later:
+            yield STOP
+
+        def blinking(*what):
+            nonlocal blinks
+            blinks -= 1
+            return detect(*what) if blinks < 0 else None
+
+        detector.detect = blinking
+        return (yield from centre(self.robot, detector, sought, seen)) or "lost"
+
+
+def wait(mapped):
+    mission = Waits(mapped.robot, None)
+    run(mapped.world, mission)
+    return mission.outcome != "lost"
+
+
+def test_centring_is_as_patient_with_what_was_seen_a_while_ago(mapped):
+    assert in_child(wait, mapped)
