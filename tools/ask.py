@@ -155,8 +155,6 @@ def main(arguments: list[str] | None = None) -> None:
         words = " ".join(options.words).strip() if options.question == "find" else ""
         if options.question == "find" and not words:
             raise AskError('say what to find, for example: vlpg find "the teddy bear"')
-        if not words.isprintable() and options.question == "find":
-            raise AskError("write the object's name in letters that the terminal's encoding has, UTF-8 as a rule")
         if options.question == "find" and options.picture and not options.picture.parent.is_dir():
             raise AskError(f"there is no folder {options.picture.parent} to write {options.picture.name} into")
         with open_session(link_config(options)) as session:
@@ -165,6 +163,9 @@ def main(arguments: list[str] | None = None) -> None:
                 done = find(robot, words, options.search, options.explore, options.picture)
             else:
                 done = {"tour": tour, "status": status, "cancel": cancel}[options.question](robot)
+    except UnicodeEncodeError:
+        print("vlpg find: write the object's name in the terminal's own encoding, UTF-8 as a rule", file=sys.stderr)
+        sys.exit(2)
     except (AskError, LinkError, NoAnswer, RequestError) as error:
         print(f"vlpg {options.question}: {error}", file=sys.stderr)
         sys.exit(2)

@@ -31,7 +31,8 @@ def key_root(text):
 
     Not one with an ``@``, which zenoh's wildcards leave out, or in the hosts' own name space.
     """
-    if not re.fullmatch(KEY, text) or text.startswith("@") or "/@" in text or text.split("/")[0] == "host":
+    first, *_ = parts = text.split("/")
+    if not re.fullmatch(KEY, text) or first == "host" or any(part.startswith("@") for part in parts):
         raise argparse.ArgumentTypeError(f"{text!r} is no name; take letters and digits, such as robot1, and not host")
     return text
 

@@ -2,12 +2,12 @@
 
 import secrets
 import sqlite3
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from edge.memory.database import StoreError, connect, lock_store, unusable
+from edge.memory.database import connect, lock_store, unusable
 from edge.memory.edges import EdgeTable
 from edge.memory.gate import GateConfig, is_known, judge
 from edge.memory.motion import MotionNoise, in_frame
@@ -69,15 +69,15 @@ class Vlpg:
             StoreError: the file is no store, damaged, not accessible or open already; it is left as it is.
             EncoderMismatch: the store was made with another encoder; the message names ``vlpg reindex``.
         """
-        lock, db = lock_store(path), None
-        try:
-            db = connect(path, encoder_name, encoder_digest, dim)
-            return cls(db, lock, dim, config or VlpgConfig())
-        except (StoreError, sqlite3.Error, ValueError, TypeError, OverflowError) as error:
-            if db is not None:
-                db.close()
-            lock.close()
-            raise error if isinstance(error, StoreError) else unusable(path, error) from error
+        with ExitStack() as undo:
+            lock = undo.enter_context(lock_store(path))
+            db = undo.enter_context(closing(connect(path, encoder_name, encoder_digest, dim)))
+            try:
+                store = cls(db, lock, dim, config or VlpgConfig())
+            except (sqlite3.Error, ValueError, TypeError, OverflowError) as error:
+                raise unusable(path, error) from error
+            undo.pop_all()
+            return store
 
     def __len__(self):
         """Number of nodes that answer queries."""

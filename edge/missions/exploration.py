@@ -88,9 +88,11 @@ class Exploration:
         return self._robot.encoder.relevance(self.prompts @ view.vectors[0])
 
     def _compare(self, new: Likeness) -> None:
-        others = [old for old in self.alike if not self._is_near(old.place, [new.place])]
-        if all(new.score > old.score for old in self.alike if self._is_near(old.place, [new.place])):
-            self.alike = [*others, new]
+        there, elsewhere = [], []
+        for old in self.alike:
+            (there if self._is_near(old.place, [new.place]) else elsewhere).append(old)
+        if all(new.score > old.score for old in there):
+            self.alike = [*elsewhere, new]
 
     def _notice(self, seen: Surface) -> None:
         if self.is_refuted(seen.centroid):

@@ -80,10 +80,12 @@ if ! [ -e "$folder/complete" ] || ! (cd "$folder" && sha256sum --quiet --check s
 # documentation in the code, which takes 2 MB.
 here=\$(CDPATH= cd -P -- "\$(dirname -- "\$0")" && cd .. && pwd -P)
 export PYTHONPATH=\$here/app:\$here/site ORT_DISABLE_TELEMETRY=1 OPENBLAS_NUM_THREADS=1
-python=\$(command -v python@PYTHON@) || python=\$(command -v python3) &&
-    "\$python" -I -c 'import sys; sys.exit(sys.version_info[:2] != tuple(map(int, "@PYTHON@".split("."))))' || {
-    echo "\$0: there is no Python @PYTHON@ any more; install it, or the bundle for the Python that there is" >&2
-    exit 2
+python=\$(command -v python@PYTHON@) || {
+    python=\$(command -v python3) &&
+        "\$python" -I -c 'import sys; sys.exit(sys.version_info[:2] != tuple(map(int, "@PYTHON@".split("."))))' || {
+        echo "\$0: there is no Python @PYTHON@ any more; install it, or the bundle for the Python that there is" >&2
+        exit 2
+    }
 }
 exec "\$python" -OO -s -P -m edge.${part%:*} $made "\$@"
 END
