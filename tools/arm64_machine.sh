@@ -23,7 +23,7 @@ if [ ! -e "$folder/machine.made" ]; then
     # The package sources of this machine, whatever they are.
     for sources in /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list; do [ -e "$sources" ] && break; done
     mmdebstrap --quiet --mode=root --variant=extract --architectures=arm64 \
-        --include=python3,libstdc++6,passwd,dash,coreutils,sed,grep,mount,busybox-static,linux-image-cloud-arm64 \
+        --include=python3,libstdc++6,passwd,dash,coreutils,findutils,sed,grep,mount,busybox-static,linux-image-cloud-arm64 \
         bookworm "$root" "$sources"
     # Nothing was configured: what the packages' scripts would have made.
     echo "root:x:0:0:root:/root:/bin/sh" > "$root/etc/passwd"

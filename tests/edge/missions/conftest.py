@@ -2,10 +2,14 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 
 from edge.memory.store import Vlpg
+from edge.missions.exploration import Exploration
 from edge.missions.map_home import MapHome
+from edge.perception.prompts import Target, ensemble
+from edge.pose import between
 from edge.robot import Robot
 from firmware_sim.house import House
 from firmware_sim.world import World
@@ -35,6 +39,7 @@ PLAN = {
     ],
     "start": [2.0, 2.0, 0.0],
 }
+TO_COUCH = (2.0, 1.5, 1.8)  # looks at the couch, 2 m away
 
 
 def make_world(seed=0):
@@ -44,6 +49,22 @@ def make_world(seed=0):
 def make_robot(world):
     encoder = OracleEncoder(world)
     return Robot(encoder, Vlpg.open(":memory:", encoder.name, encoder.digest, encoder.dim))
+
+
+def explorer(noun="couch", start=None, kind=Exploration):
+    """A robot that has taken in one picture, and goes where the mean is highest."""
+    world = World(House.from_dict(PLAN), 0, start=start)
+    robot = make_robot(world)
+    prompts = robot.encoder.encode_text(ensemble(noun))
+    exploration = kind(robot, Target.of(noun, robot.encoder), prompts, lambda means, variances, distances: means)
+    robot.perceive(world.step(None))
+    exploration.take_in()
+    return world, robot, exploration
+
+
+def place_of(world, thing_id, start):
+    """``(2,)``: where a thing is for a robot that began at ``start``."""
+    return between(np.asarray(start, float), world.house.objects[thing_id].pose)[:2]
 
 
 @dataclass

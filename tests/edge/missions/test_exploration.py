@@ -5,33 +5,9 @@ import pytest
 
 from edge.localization.localizer import Localizer, LocalizerConfig
 from edge.mapping.object_goal import ObjectGoal, Surface
-from edge.missions.exploration import Exploration, Likeness
+from edge.missions.exploration import Likeness
 from edge.observation import STOP, Twist
-from edge.perception.prompts import Target, ensemble
-from edge.pose import between
-from firmware_sim.house import House
-from firmware_sim.world import World
-from tests.edge.missions.conftest import PLAN, make_robot
-
-
-def by_mean(means, variances, distances):
-    return means
-
-
-def explorer(noun="couch", start=None):
-    world = World(House.from_dict(PLAN), 0, start=start)
-    robot = make_robot(world)
-    exploration = Exploration(robot, Target.of(noun, robot.encoder), robot.encoder.encode_text(ensemble(noun)), by_mean)
-    robot.perceive(world.step(None))
-    exploration.take_in()
-    return world, robot, exploration
-
-
-def place_of(world, thing_id, start):
-    return between(np.asarray(start, float), world.house.objects[thing_id].pose)[:2]
-
-
-TO_COUCH = (2.0, 1.5, 1.8)  # looks at the couch, 2 m away
+from tests.edge.missions.conftest import TO_COUCH, explorer, place_of
 
 
 def test_what_is_in_view_becomes_the_goal():

@@ -4,21 +4,12 @@ import numpy as np
 
 from edge.mapping.object_goal import ObjectGoal, Surface
 from edge.missions.exploration import Likeness
-from edge.perception.prompts import Target, ensemble
-from firmware_sim.house import House
-from firmware_sim.world import World
-from tests.edge.missions.conftest import PLAN, make_robot
-from tests.edge.missions.test_exploration import TO_COUCH, by_mean, place_of
+from tests.edge.missions.conftest import TO_COUCH, explorer, place_of
 from tools.eval.objectnav.candidates import Candidate, CandidateExploration
 
 
 def before_the_couch():
-    world = World(House.from_dict(PLAN), 0, start=TO_COUCH)
-    robot = make_robot(world)
-    prompts = robot.encoder.encode_text(ensemble("couch"))
-    exploration = CandidateExploration(robot, Target.of("couch", robot.encoder), prompts, by_mean)
-    robot.perceive(world.step(None))
-    exploration.take_in()
+    world, _, exploration = explorer(start=TO_COUCH, kind=CandidateExploration)
     return place_of(world, "couch-1", TO_COUCH), exploration
 
 
