@@ -35,14 +35,18 @@ def recall(memory: Vlpg, direction, k: int, camera: CameraModel, config: RecallC
     likely places, half were looked at again and most views of the last tour that did so are against them. Nothing is
     forgotten by that: for another thing in the same view there is another vote.
     """
-    hits = memory.search(direction, k)
-    earlier = memory.tours(hits.ids) < memory.tours(memory.ids).max(initial=0)
-    doubtful = np.flatnonzero(earlier & (hits.scores > 0))
-    if not len(doubtful):
-        return hits
-    stands = np.ones(len(hits.ids), bool)
-    stands[doubtful] = Ballot(memory, direction, camera, config).upheld(*(part[doubtful] for part in hits))
-    return Hits(*(part[stands] for part in hits))
+    latest, ballot = memory.tours(memory.ids).max(initial=0), None
+    wanted = k
+    while True:  # what was well known fills k hits, and may all fall
+        hits = memory.search(direction, wanted)
+        stands = np.ones(len(hits.ids), bool)
+        doubtful = np.flatnonzero((memory.tours(hits.ids) < latest) & (hits.scores > 0))
+        if len(doubtful):
+            ballot = ballot or Ballot(memory, direction, camera, config)
+            stands[doubtful] = ballot.upheld(*(part[doubtful] for part in hits))
+        if stands.sum() >= k or len(hits.ids) < wanted:
+            return Hits(*(part[stands][:k] for part in hits))
+        wanted *= 2
 
 
 class Ballot:

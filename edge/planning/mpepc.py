@@ -53,7 +53,6 @@ class Mpepc:
         self.camera = camera or CameraModel()
         self.arrived = False  # whether the last step found the goal reached, or the object centred at its depth
         self.stalled = 0.0  # s that the robot has stood still without having arrived
-        self.trajectory: RollOuts | None = None  # the chosen roll-out of the last step, for pictures
         # Hard braking slips and shakes: odometry suffers, and so does the map. It is for who runs into the way.
         self._calm = replace(self.config.law, brake=self.config.law.acceleration)
         self._last = STOP
@@ -194,10 +193,10 @@ class Mpepc:
 
         start = np.array([*egocentric(pose, targets[first, :3], config.law), targets[first, 3]])
         self._refine(objective, start, retreat)
-        _, self._optimum, self.trajectory = best
-        v, omega = (float(value) for value in self.trajectory.command[0])
+        _, self._optimum, chosen = best
+        v, omega = (float(value) for value in chosen.command[0])
         # Even the best drives into something: brake along its arc. Before what moves, to stand is one way of many.
-        alive = survival(self.trajectory, clearance, frame, config.cost)[0]
+        alive = survival(chosen, clearance, frame, config.cost)[0]
         if alive[round(config.clear_time / segment) - 1] < 0.5:
             slower = self._limited(state, 0.0, omega).v
             omega = omega * slower / v if v > 1e-3 else 0.0

@@ -102,7 +102,7 @@ def results(plan: Plan, options) -> list:
             load_home(home)  # that there is no such one is said before hours are spent on the others
     columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(file=sys.stderr)) as progress:
-        done = run_homes(homes, plan, options.jobs, options.out, options.ray)
+        done = run_homes(homes, plan, options.jobs, options.out, options.ray, progress.console.print)
         for result in progress.track(done, len(homes), description="homes"):
             right = sum(episode.success for episode in result.episodes)
             progress.console.print(f"{result.home}: {right} of {len(result.episodes)} right")

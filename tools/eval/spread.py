@@ -1,7 +1,7 @@
 """The homes of an evaluation, spread over processes or a cluster, and resumed where it stopped."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, replace
 from hashlib import sha256
@@ -12,6 +12,9 @@ from typing import Protocol
 
 from firmware_sim.home import load_home
 from models.manifest import Manifest, resolve
+
+ROOT = Path(__file__).parents[2]
+CODE = "edge", "firmware_sim", "models", "tools/eval"  # whose modules decide what is found
 
 
 class Plan(Protocol):
@@ -30,23 +33,39 @@ class Plan(Protocol):
 
 
 def run_homes(
-    homes: list[str], plan: Plan, jobs: int, folder: Path | None = None, cluster: str | None = None
+    homes: list[str],
+    plan: Plan,
+    jobs: int,
+    folder: Path | None = None,
+    cluster: str | None = None,
+    tell: Callable[[str], None] = print,
 ) -> Iterator:
     """Results as they come, from ``jobs`` processes or from the Ray ``cluster`` at that address.
 
-    With a ``folder`` each is kept there, and what is there already is not run again.
+    With a ``folder`` each is kept there, and what is there already is not run again; ``tell`` is told how much of that
+    other code has found.
     """
-    todo = []
-    for home in homes:
-        file = folder and folder / _file(home, plan)
-        if file and file.exists():
-            yield load(file, plan)
-        else:
-            todo.append((home, file))
+    code = digest_of_code()
+    files = {home: folder and folder / _file(home, plan) for home in homes}
+    kept = {home: json.loads(file.read_text()) for home, file in files.items() if file and file.exists()}
+    others = sum(raw.get("code") != code for raw in kept.values())
+    if others:
+        tell(f"{others} of {len(kept)} homes kept in {folder} are of other code than this; another folder asks anew")
+    for raw in kept.values():
+        yield _read(raw, plan)
+    todo = [(home, file) for home, file in files.items() if home not in kept]
     for result, file in _on_ray(todo, plan, cluster) if cluster else _here(todo, plan, jobs):
         if file:
-            save(result, file)
+            save(result, file, code)
         yield result
+
+
+def digest_of_code() -> str:
+    """Of the modules on which results depend, as they are now."""
+    digest = sha256()
+    for module in sorted(module for folder in CODE for module in (ROOT / folder).rglob("*.py")):
+        digest.update(f"{module.relative_to(ROOT)}\n".encode() + module.read_bytes())
+    return digest.hexdigest()[:12]
 
 
 def _run(plan: Plan, home: str):
@@ -59,11 +78,18 @@ def _run(plan: Plan, home: str):
 def _here(todo, plan: Plan, jobs: int):
     # Fresh processes rather than forks: each home may fork its own children, and should start with one thread.
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        files = {pool.submit(_run, plan, home): file for home, file in todo}
+        files, over = {pool.submit(_run, plan, home): file for home, file in todo}, set()
         try:
             for future in as_completed(files):
+                over.add(future)
                 yield future.result(), files[future]
-        except BaseException:  # Ctrl-C, or a home that failed: the others, not begun yet, need not be waited for
+        except Exception:  # a home failed: what is under way is kept, the rest is not begun
+            begun = [future for future in files if future not in over and not future.cancel()]
+            for future in as_completed(begun):
+                if future.exception() is None:
+                    yield future.result(), files[future]
+            raise
+        except BaseException:  # Ctrl-C: the others need not be waited for
             pool.shutdown(wait=False, cancel_futures=True)
             raise
 
@@ -80,17 +106,22 @@ def _on_ray(todo, plan: Plan, address: str):
         yield ray.get(done), files.pop(done)
 
 
-def save(result, file: Path) -> None:
-    """Written whole or not at all."""
+def save(result, file: Path, code: str) -> None:
+    """Written whole or not at all, with the digest of the ``code`` that found it."""
     file.parent.mkdir(parents=True, exist_ok=True)
     partial = file.with_suffix(".part")
-    partial.write_text(json.dumps(asdict(result), separators=(",", ":")) + "\n")
+    partial.write_text(json.dumps({"code": code} | asdict(result), separators=(",", ":")) + "\n")
     partial.rename(file)
 
 
 def load(file: Path, plan: Plan):
     """What ``save`` wrote."""
-    return plan.read(json.loads(file.read_text()))
+    return _read(json.loads(file.read_text()), plan)
+
+
+def _read(raw: dict, plan: Plan):
+    raw.pop("code", None)  # older files have none
+    return plan.read(raw)
 
 
 def write(results: list, rows: list, file: Path) -> None:

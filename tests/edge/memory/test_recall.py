@@ -70,6 +70,14 @@ def test_what_was_moved_is_remembered_where_it_is_now():
     assert hall.tours_that_see() == [2, 3]
 
 
+def test_many_views_of_where_it_was_leave_room_for_where_it_is():
+    hall = Hall().tour(cup=SPOT, lamp=None, views=24)
+    hall.tour(cup=OTHER_SPOT, lamp=OTHER_SPOT).tour(cup=OTHER_SPOT, lamp=OTHER_SPOT, around=OTHER_SPOT)
+    assert hall.store.tours(hall.store.search(CUP - ELSE, 20).ids).max() == 1
+    hits = recall(hall.store, CUP - ELSE, 20, CAMERA)
+    assert len(hits.ids) == 20 and hall.store.tours(hits.ids)[hits.scores > 0].min() > 1
+
+
 @pytest.mark.parametrize(
     "tour",
     [

@@ -4,7 +4,7 @@ from firmware_sim.house import HouseError
 from tools.eval.campaign import Plan, chosen
 from tools.eval.find import main, show_home
 from tools.eval.options import homes_named
-from tools.eval.spread import load, run_homes, save
+from tools.eval.spread import digest_of_code, load, run_homes, save
 
 PLAN = Plan(encoder="oracle", objects=1)
 
@@ -19,7 +19,7 @@ def test_a_home_is_run_once_and_then_read(home, tmp_path, monkeypatch):
     assert len(first.episodes) == 1 and first.episodes[0].success
     assert first.dense > 60 * first.memory > 0
     (file,) = tmp_path.glob("two-rooms.oracle.*.json")
-    save(load(file, PLAN), tmp_path / "copy.json")
+    save(load(file, PLAN), tmp_path / "copy.json", digest_of_code())
     assert (tmp_path / "copy.json").read_text() == file.read_text()
     monkeypatch.setattr(Plan, "run", None)  # would fail if it were asked
     (again,) = run_homes([home], PLAN, 1, tmp_path)
