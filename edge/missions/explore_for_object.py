@@ -9,7 +9,7 @@ from edge.missions.centring import centre
 from edge.missions.exploration import Exploration, ExplorationConfig
 from edge.missions.mission import Story, until
 from edge.missions.motion import drive, locate, look_from_near, route, turn
-from edge.missions.search import Search
+from edge.missions.search import Claim, Outcome, Search, Status
 from edge.missions.spotter import Spotter
 from edge.perception.prompts import Target, ensemble
 from edge.planning.acquisition import upper_confidence_bound
@@ -55,6 +55,9 @@ class ExploreForObject(Search):
             centred = yield from self.spotter.approach(self.best.sighting)
             self.best = self.best if centred is None else replace(self.best, sighting=centred)
         return self.ended("found", self.best)
+
+    def ended(self, status: Status, claim: Claim | None = None) -> Outcome:
+        return replace(super().ended(status, claim), replans=self.spotter.replans)
 
     def explore(self) -> Story:
         """Look around, go from frontier to frontier, then to what resembles the object; whether a claim is sure."""

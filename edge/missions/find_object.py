@@ -49,7 +49,6 @@ class FindObject(Search):
         self.search_unknown = search_unknown
         self.hypotheses: list[Viewpoint] = []
         self.places = np.zeros((0, 3))
-        self.replans: list[Replan] = []
         self._rng = Random(seed)
         super().__init__(robot, target, self.config.time_limit)
 
@@ -131,7 +130,7 @@ class FindObject(Search):
             pose = search.next_pose(robot.pose, ground, grid.clearance(), grid.frame, self._rng)
             if pose is None:
                 return None
-            self.replans.append(Replan(search.frame, search.probability.copy(), pose))
+            self.spotter.replans.append(Replan(search.frame, search.probability.copy(), pose))
             if not (yield from drive(robot, pose[:2], heading=pose[2])):
                 given_up.append(pose[:2])
             sighting = yield from self.spotter.stare()
@@ -148,5 +147,5 @@ class FindObject(Search):
             remembered = float(self._scores[self.hypotheses[0].members].max())
             confidence = self.robot.encoder.confidence(remembered, remembered)
         return replace(
-            outcome, confidence=confidence, hypotheses=self.hypotheses, places=self.places, replans=self.replans
+            outcome, confidence=confidence, hypotheses=self.hypotheses, places=self.places, replans=self.spotter.replans
         )

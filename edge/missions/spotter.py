@@ -15,7 +15,7 @@ from edge.observation import STOP
 from edge.perception.detection import Detector
 from edge.perception.occlusion import hidden_share
 from edge.perception.prompts import Target
-from edge.planning.local_search import LocalSearch
+from edge.planning.local_search import LocalSearch, Replan
 from edge.robot import Robot
 
 
@@ -38,6 +38,7 @@ class Spotter:
         self.config = config or SpotterConfig()
         self.detector = Detector(robot.encoder)
         self.in_vain: list[np.ndarray] = []  # poses (3,) from which the target was looked for and not seen
+        self.replans: list[Replan] = []  # of the searches for what is hidden, in order
         self._robot, self._target = robot, target
 
     def look(self) -> Story:
@@ -90,6 +91,7 @@ class Spotter:
         ground = reachable(grid, robot.pose, robot.config.radius)
         pose = search.next_pose(robot.pose, ground, grid.clearance(), grid.frame, Random(0))
         if pose is not None:
+            self.replans.append(Replan(search.frame, search.probability.copy(), pose))
             yield from drive(robot, pose[:2], heading=pose[2])
             seen = yield from self.stare()
             aside = seen and (yield from centre(robot, self.detector, self._target, seen))

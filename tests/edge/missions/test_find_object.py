@@ -171,7 +171,7 @@ def test_a_search_nearby_knows_where_it_was_looked_in_vain(mapped):
         if looked:
             mission.spotter.in_vain.append(hypothesis.pose)
         next(mission.search_nearby(hypothesis))
-        first.append(mission.replans[0])
+        first.append(mission.spotter.replans[0])
     fresh, ruled_out = first
     frame, occupied = fresh.frame, mapped.robot.grid.occupied
     seen = field_of_view(occupied, mapped.robot.grid.frame, hypothesis.pose, mapped.robot.camera)
@@ -217,7 +217,7 @@ def test_a_search_nearby_goes_by_the_home_as_it_was_remembered(mapped):
     in_view = field_of_view(grid.occupied, grid.frame, hypothesis.pose, mapped.robot.camera)
     assert not in_view[grid.frame.to_cell(beyond)]
     next(mission.search_nearby(hypothesis))
-    replan = mission.replans[0]
+    replan = mission.spotter.replans[0]
     assert replan.probability[replan.frame.to_cell(beyond)] > 0.5
 
 
@@ -233,7 +233,7 @@ def test_where_it_cannot_drive_to_is_not_tried_again(mapped, monkeypatch):
     monkeypatch.setattr(mission.spotter, "stare", lambda: mission.spotter.in_vain.append(mapped.robot.pose) or iter(()))
     for _ in mission.search_nearby(hypothesis):
         pass
-    places = np.array([replan.pose[:2] for replan in mission.replans])
+    places = np.array([replan.pose[:2] for replan in mission.spotter.replans])
     apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))[np.triu_indices(len(places), 1)]
     assert len(places) > 1 and apart.min() > FindObjectConfig.given_up
 

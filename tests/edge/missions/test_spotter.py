@@ -30,25 +30,25 @@ class Look(Mission):
 
 
 def look_past_a_cupboard(mapped, x, y, config):
-    """How much is hidden in the end by the robot's own measure, and how much of the couch is truly in view."""
+    """How much is hidden in the end by the robot's own measure, how much of the couch is truly in view, and replans."""
     mapped.world.house.add_object("occluder", "cupboard", x, y, 0.0)
     mission = Look(mapped.robot, config)
     run(mapped.world, mission)
-    return mission.outcome, mapped.world.visible_fraction("couch-1")
+    return mission.outcome, mapped.world.visible_fraction("couch-1"), len(mission.spotter.replans)
 
 
 def test_what_is_half_hidden_is_looked_at_from_aside(mapped):
-    hidden, visible = in_child(look_past_a_cupboard, mapped, 1.5, 2.05, None)
-    assert visible > 0.7 and hidden < SpotterConfig.hidden
+    hidden, visible, replans = in_child(look_past_a_cupboard, mapped, 1.5, 2.05, None)
+    assert visible > 0.7 and hidden < SpotterConfig.hidden and replans == 1
 
 
 def test_without_a_look_from_aside_most_of_it_stays_hidden(mapped):
-    hidden, visible = in_child(look_past_a_cupboard, mapped, 1.5, 2.05, SpotterConfig(hidden=1.0))
-    assert visible < 0.3 and hidden > SpotterConfig.hidden
+    hidden, visible, replans = in_child(look_past_a_cupboard, mapped, 1.5, 2.05, SpotterConfig(hidden=1.0))
+    assert visible < 0.3 and hidden > SpotterConfig.hidden and replans == 0
 
 
 def test_what_stands_free_is_looked_at_once(mapped):
-    hidden, visible = in_child(look_past_a_cupboard, mapped, 3.3, 2.4, None)
+    hidden, visible, _ = in_child(look_past_a_cupboard, mapped, 3.3, 2.4, None)
     assert visible > 0.9 and hidden < SpotterConfig.hidden
 
 
