@@ -110,6 +110,8 @@ class ObjectGoal:
 
     def update(self, seen: Surface) -> None:
         """Another view of it."""
+        if self.provisional and not seen.provisional:
+            self._goal = None  # that was no place to keep to
         if self.provisional or not seen.provisional:
             self._seen = seen
 

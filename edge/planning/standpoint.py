@@ -58,10 +58,12 @@ def stands_before(
     """Ground ``(N, 2)`` [m] within ``near`` [m] of ``place (2,)``, on the side it was seen from; N may be 0.
 
     Of what is ``reachable (R, C)``; the map may hide only the last bit of the way to the place, which is then taken for
-    what that stands on. So a wall at its back is no place to stand behind, even if the room is not known yet.
+    what that stands on. So a wall at its back is no place to stand behind, even if the room is not known yet; nor is
+    what is near only through a wall: no way around it, within ``near`` of the place, leads to where it was seen.
     """
     place, towards = np.asarray(place, float), np.asarray(seen_from, float)[:2] - place
-    rows, cols = np.nonzero(reachable)
+    side = _around(place, towards, near, occupied, frame)
+    rows, cols = np.nonzero(reachable if side is None else reachable & side)
     stands = frame.to_world(rows, cols).reshape(-1, 2)
     away = np.hypot(*(stands - place).T)
     close = (away <= near) & ((stands - place) @ towards >= 0.0)
@@ -69,6 +71,23 @@ def stands_before(
     if not len(stands):
         return stands
     return stands[_sight(stands, place, away, occupied, frame) >= away - config.own]
+
+
+def _around(place, towards, near: float, occupied: np.ndarray, frame: GridFrame) -> np.ndarray | None:
+    """Cells ``(R, C)`` bool near the place, of one piece with the first free one ``towards`` where it was seen from.
+
+    None when there is no free one near it.
+    """
+    disc = ~occupied & frame.within(near, place)
+    length = max(float(np.hypot(*towards)), frame.resolution)
+    line = place + np.arange(0.0, min(near, length), frame.resolution / 2)[:, None] * towards / length
+    row, col = frame.to_cell(line)
+    inside = frame.contains(row, col)
+    free = np.flatnonzero(disc[row[inside], col[inside]])
+    if not len(free):
+        return None
+    _, labels = cv2.connectedComponents(disc.view(np.uint8), connectivity=4)
+    return labels == labels[row[inside][free[0]], col[inside][free[0]]]
 
 
 def _sight(stands, place, away, occupied, frame) -> np.ndarray:

@@ -92,6 +92,9 @@ def test_the_goal_is_the_nearest_point_and_stays_while_that_moves_little():
 
 def test_a_firm_view_replaces_a_provisional_one_and_not_the_other_way_round():
     goal = ObjectGoal(square(3.0, 1.0, provisional=True))
+    goal.nearest([0.0, 1.0])
+    goal.update(square(3.1, 1.0))
+    assert goal.nearest([0.0, 1.0]) == pytest.approx([2.9, 1.0])
     goal.update(square(3.5, 1.0))
     assert not goal.provisional and goal.centroid == pytest.approx([3.5, 1.0])
     goal.update(square(3.0, 1.0, provisional=True))

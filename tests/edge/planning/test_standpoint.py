@@ -108,3 +108,11 @@ def test_the_other_side_of_a_wall_is_not_before_it_even_if_it_was_seen_along_the
 def test_what_stands_on_a_table_has_ground_before_it_as_long_as_the_table_is_small():
     assert len(before((0.0, 0.0), (2.0, 0.0), (-0.25, -0.25, 0.25, 0.25)))
     assert not len(before((0.0, 0.0), (2.0, 0.0), (-0.6, -0.6, 0.6, 0.6)))
+
+
+@pytest.mark.parametrize("away", [0.05, 0.15, 0.25])
+def test_a_thing_close_to_a_wall_is_not_stood_before_in_the_next_room(away):
+    """Seen along the wall, and nothing tells the last bit of the wall from what the thing stands on."""
+    place = np.array([-0.9 + away, -1.0])
+    stands = before(place, place + [0.1, 2.0], WALL)
+    assert len(stands) and (stands[:, 0] > -0.9).all()
