@@ -82,7 +82,7 @@ def main(arguments: list[str] | None = None) -> None:
     if options.json:
         write(found, rows(episodes), options.json)
     if options.csv:
-        write_csv(episodes, options.csv)
+        write_csv(episodes, rows(episodes), options.csv)
     if options.picture:
         from tools.eval.chart import draw  # late: it brings a plotting library
 

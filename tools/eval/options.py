@@ -26,7 +26,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ray", metavar="ADDRESS", help="run the homes on the Ray cluster there (extra `cluster`)")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="keep each home's result there, and go on from it")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the table and all episodes there")
-    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the episodes there, a line each")
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the episodes there, and the table beside it")
 
 
 def check(parser: argparse.ArgumentParser, options) -> None:

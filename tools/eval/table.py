@@ -2,7 +2,7 @@
 
 import csv
 from collections import Counter
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from math import degrees
 from pathlib import Path
 
@@ -126,9 +126,27 @@ def show(episodes: list[Episode]) -> str:
     return "\n".join(lines)
 
 
-def write_csv(episodes: list, path: Path, kind=Episode) -> None:
-    """One line an episode; ``kind`` is their dataclass."""
+def write_csv(episodes: list, table: list, path: Path) -> None:
+    """One line an episode; and beside that, as NAME-table.csv, one a row of the ``table``."""
+    _write([asdict(episode) for episode in episodes], path)
+    _write([_flat(row) for row in table], path.with_stem(f"{path.stem}-table"))
+
+
+def _write(lines: list[dict], path: Path) -> None:
     with path.open("w", newline="") as stream:
-        writer = csv.DictWriter(stream, [field.name for field in fields(kind)])
+        writer = csv.DictWriter(stream, list(lines[0]) if lines else [])
         writer.writeheader()
-        writer.writerows(asdict(episode) for episode in episodes)
+        writer.writerows(lines)
+
+
+def _flat(row) -> dict:
+    """A row of a table without structure: a figure is a mean and the ends of its interval, causes are one text."""
+    flat = {}
+    for name, value in asdict(row).items():
+        if name == "causes":
+            flat[name] = "; ".join(f"{count} {cause}" for cause, count in value.items())
+        elif isinstance(value, dict):
+            flat |= {name: value["mean"], f"{name}_low": value["low"], f"{name}_high": value["high"]}
+        else:
+            flat[name] = value
+    return flat

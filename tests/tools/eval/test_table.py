@@ -65,9 +65,16 @@ def test_the_text_tells_each_figure(episodes):
 
 
 def test_files_hold_every_episode(episodes, tmp_path):
-    write_csv(episodes, tmp_path / "e.csv")
+    write_csv(episodes, rows(episodes), tmp_path / "e.csv")
     with (tmp_path / "e.csv").open() as stream:
         read = list(csv.DictReader(stream))
     assert len(read) == 8 and read[0]["noun"] == "couch" and read[2]["cause"] == "claims another thing"
+    with (tmp_path / "e-table.csv").open() as stream:
+        table = {row["method"]: row for row in csv.DictReader(stream)}
+    assert set(table) == {row.method for row in rows(episodes)}
+    for row in rows(episodes):
+        line = table[row.method]
+        assert [float(line[f"sae{end}"]) for end in ("", "_low", "_high")] == [row.sae.mean, row.sae.low, row.sae.high]
+        assert line["causes"].count(";") == max(len(row.causes) - 1, 0)
     draw(episodes, tmp_path / "e.png")
     assert (tmp_path / "e.png").read_bytes().startswith(b"\x89PNG")

@@ -9,7 +9,6 @@ from firmware_sim.house import HouseError
 from models.manifest import ModelError
 from tools.eval.objectnav import table
 from tools.eval.objectnav.campaign import Plan
-from tools.eval.objectnav.episode import Episode
 from tools.eval.objectnav.planners import PLANNERS, Planner, single_prompts, sub_ensembles
 from tools.eval.options import add_options, check, results, some_of
 from tools.eval.spread import write
@@ -78,7 +77,7 @@ def main(arguments: list[str] | None = None) -> None:
     if options.json:
         write(found, table.rows(episodes), options.json)
     if options.csv:
-        write_csv(episodes, options.csv, Episode)
+        write_csv(episodes, table.rows(episodes), options.csv)
     if options.picture:
         table.draw(episodes, options.picture)
 
