@@ -167,3 +167,10 @@ def test_a_robot_that_is_lost_says_so(monkeypatch):
     while not mission.done:
         observation = world.step(mission.step(observation))
     assert mission.outcome.status == "lost" and mission.outcome.duration < 60
+
+
+def test_its_outcome_has_the_looks_from_aside():
+    robot = make_robot(make_world())
+    mission = ExploreForObject(robot, Target.of("teddy bear", robot.encoder))
+    mission.spotter.replans.append("a look")
+    assert mission.ended("not found").replans == ["a look"]

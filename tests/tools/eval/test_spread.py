@@ -72,7 +72,7 @@ def test_a_home_that_fails_takes_nothing_of_the_others(tmp_path):
     assert spread.load(kept, Search()) == Found("cottage")
 
 
-def test_results_of_other_code_are_told(tmp_path, monkeypatch):
+def test_results_of_other_code_are_told(tmp_path):
     told = []
     assert list(spread.run_homes(["bungalow"], Search(), 1, tmp_path, tell=told.append)) == [Found("bungalow")]
     assert list(spread.run_homes(["bungalow"], Search(), 1, tmp_path, tell=told.append)) == [Found("bungalow")]
