@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Is a 512 MB board enough? Boots a whole emulated arm64 machine (two Cortex-A72, 512 MB), installs the bundle in it with
 # its own install.sh, lives through a recorded tour and search under the budget's limit of memory, and once under one that
-# is too low, which must fail. Needs root, and a Debian whose package sources are reachable. Takes an hour or
-# two, as the emulator needs two seconds for a picture.
+# is too low, which must fail. Then systemd takes over and must start the service, start it anew when it hangs, and take an
+# installation over a running one. Needs root, and a Debian whose package sources are reachable. Takes an hour or two, as
+# the emulator needs two seconds for a picture.
 #
 #   tools/arm64_machine.sh [FOLDER]     FOLDER keeps the machine's files (default: build/arm64)
 set -euo pipefail
@@ -23,11 +24,13 @@ if [ ! -e "$folder/machine.made" ]; then
     # The package sources of this machine, whatever they are.
     for sources in /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list; do [ -e "$sources" ] && break; done
     mmdebstrap --quiet --mode=root --variant=extract --architectures=arm64 \
-        --include=python3,libstdc++6,passwd,dash,coreutils,findutils,sed,grep,mount,busybox-static,linux-image-cloud-arm64 \
+        --include=python3,libstdc++6,passwd,dash,coreutils,findutils,sed,grep,mount,busybox-static,systemd,linux-image-cloud-arm64 \
         bookworm "$root" "$sources"
     # Nothing was configured: what the packages' scripts would have made.
     echo "root:x:0:0:root:/root:/bin/sh" > "$root/etc/passwd"
     echo "root:x:0:" > "$root/etc/group"
+    tr -d - < /proc/sys/kernel/random/uuid > "$root/etc/machine-id"  # without one systemd asks about a new system
+    ln -s /dev/null "$root/etc/systemd/system/serial-getty@ttyAMA0.service"  # nobody is to log in at the console
     touch "$folder/machine.made"
 fi
 
@@ -73,7 +76,7 @@ tar xzf "$folder"/bundle/*.tar.gz -C "$root/check"
 cp "$folder/work/mission.rec" "$root/check/"
 cat > "$root/check/init" <<'END'
 #!/bin/sh
-# The machine's only program: what it prints is read from its console, and it powers off.
+# The machine's first program: what it prints is read from its console. systemd follows it, with a part of its own.
 export PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp
 mount -t proc proc /proc; mount -t sysfs sys /sys; mount -t devtmpfs dev /dev 2>/dev/null
 mkdir -p /dev/shm; mount -t tmpfs tmp /dev/shm; mount -t tmpfs tmp /run; mount -t cgroup2 cgroup /sys/fs/cgroup
@@ -85,16 +88,45 @@ bench="/opt/vlpg/bin/vlpg-bench mission --recording /check/mission.rec --budget 
 run install sh /check/vlpg-edge-*/install.sh
 run "too little" $bench --enforce 60
 run enough $bench --enforce
-busybox poweroff -f
+exec /lib/systemd/systemd --unit=multi-user.target
 END
-chmod 755 "$root/check/init"
+cat > "$root/check/service" <<'END'
+#!/bin/sh
+# What systemd makes of the unit, which the installation has left to be started with the machine.
+run() { echo "MACHINE: $1"; shift; "$@"; echo "MACHINE: exit code $?"; }
+show() { systemctl show --value --property "$1" vlpg-robot.service; }
+started() { # this often, and it has said that it is ready
+    for _ in $(seq 100); do
+        sleep 3
+        [ "$(show NRestarts)" -lt "$1" ] || ! systemctl is-active --quiet vlpg-robot.service || break
+    done
+    grep . /sys/fs/cgroup/system.slice/vlpg-robot.service/memory.max /sys/fs/cgroup/system.slice/vlpg-robot.service/memory.peak
+    systemctl is-active vlpg-robot.service && [ "$(show NRestarts)" = "$1" ] || ! journalctl --unit vlpg-robot.service
+}
+run "the service" started 0
+kill -STOP "$(show MainPID)"
+run "it hangs" started 1
+run "installed while it runs" sh /check/vlpg-edge-*/install.sh
+END
+mkdir -p "$root/etc/systemd/system/multi-user.target.wants"
+cat > "$root/etc/systemd/system/check.service" <<'END'
+[Service]
+Type=idle
+ExecStart=/check/service
+ExecStopPost=/bin/busybox poweroff -f
+StandardOutput=tty
+StandardError=tty
+TTYPath=/dev/console
+END
+ln -sf ../check.service "$root/etc/systemd/system/multi-user.target.wants/check.service"
+chmod 755 "$root/check/init" "$root/check/service"
 rm -f "$folder/disk.ext4"
 mke2fs -q -t ext4 -d "$root" "$folder/disk.ext4" 3G
 
 echo "== the machine"
 timeout 6h qemu-system-aarch64 -M virt -cpu cortex-a72 -smp 2 -m 512 -nographic -no-reboot \
-    -kernel "$root"/boot/vmlinuz-* -initrd "$folder/first.gz" -append "console=ttyAMA0 quiet panic=-1" \
+    -kernel "$root"/boot/vmlinuz-* -initrd "$folder/first.gz" -append "console=ttyAMA0 quiet systemd.show_status=no panic=-1" \
     -drive file="$folder/disk.ext4",format=raw,if=virtio,cache=unsafe -nic none | sed -u 's,\r,,' | tee "$folder/machine.txt"
 codes=$(sed -n 's/^MACHINE: exit code //p' "$folder/machine.txt" | tr '\n' ' ')
-[ "$codes" = "0 1 0 " ] || { echo "the machine's exit codes are $codes, not 0 1 0" >&2; exit 1; }
-echo "== a 512 MB machine is enough, and 60 MB are not"
+[ "$codes" = "0 1 0 0 0 0 " ] || { echo "the machine's exit codes are $codes, not 0 1 0 0 0 0" >&2; exit 1; }
+echo "== a 512 MB machine is enough, and 60 MB are not; its systemd keeps the robot running"
