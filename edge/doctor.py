@@ -16,13 +16,13 @@ from importlib.metadata import version as version_of
 from itertools import chain
 from pathlib import Path
 
+from edge.budget import allowance
 from edge.process import pss
 
 PACKAGES = ("numpy", "onnxruntime", "opencv-python-headless", "eclipse-zenoh", "pycdr2", "msgspec", "nlopt", "numkong")
 # What int8 products gain from, as the kernel names it: ARM's and Intel's.
 FEATURES = ("asimddp", "i8mm", "sve", "avx2", "avx_vnni", "avx512_vnni", "amx_int8")
 NEEDED = {"asimd", "avx2"}  # one of them; without, ONNX Runtime's int8 is slower than float32
-FREE_MEMORY = {True: 200.0, False: 160.0}  # MB, with and without a text tower: the robot's budget and some
 FREE_DISK = 100.0  # MB: memories of homes, and logs
 REINSTALL = "install the robot again: install.sh, or pip install ."
 PASSES = 20  # of the image tower, for its time
@@ -54,7 +54,7 @@ def machine(text: bool) -> Iterator[Finding]:
     helpful = [name for name in FEATURES if name in flags] or ["none of those that speed int8 up"]
     slow = flags and not NEEDED & flags
     yield Finding("processor", ", ".join(helpful), "expect seconds a picture; use a newer board" if slow else "")
-    free, needed = _free_memory(), FREE_MEMORY[text]
+    free, needed = _free_memory(), allowance(text)
     remedy = f"free {needed:.0f} MB{', or use --offload host' if text else ''}" if 0 < free < needed else ""
     yield Finding("memory", f"{free:.0f} MB available, what an installed robot takes included", remedy)
     controllers = CGROUPS / "cgroup.controllers"

@@ -10,12 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from edge.bench.baseline import regressions
-from edge.bench.budget import BOARD, BUDGETS, HOST, overruns
 from edge.bench.limit import MemoryLimit
 from edge.bench.measure import FEWEST, MOST, Subject, measure, subjects, weigh
+from edge.bench.overruns import BOARD, HOST, overruns
 from edge.bench.probe_process import ProbeFailed
 from edge.bench.recording import Recording, RecordingError
 from edge.bench.report import STEP, Report, ReportError
+from edge.budget import BUDGETS
 from models.manifest import DEFAULT, Manifest, ModelError, resolve, sha256
 
 SUBJECTS = ["encoder", "store", "planning", "mission", "all"]

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from edge.bench.budget import BOARD, HOST
+from edge.bench.overruns import BOARD, HOST
 from edge.bench.probe_process import ProbeProcess
 from edge.bench.report import Process, Report, Stage, this_machine
 

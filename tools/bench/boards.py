@@ -10,7 +10,7 @@ import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
-from edge.bench.budget import BOARD
+from edge.bench.overruns import BOARD
 from edge.bench.report import STEP, Report, ReportError
 from models.manifest import DEFAULT
 

@@ -9,6 +9,7 @@ import tarfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from edge.budget import allowance
 from models.manifest import Manifest
 from tools.deploy.target import TOKENIZERS, DeployError, Target, version
 from tools.deploy.wheels import fetch, read_lock
@@ -111,8 +112,7 @@ def _board(config: BundleConfig) -> dict[str, bytes]:
         "@MACHINE@": config.target.machine,
         "@MODEL@": config.model.folder.name,
         "@OFFLOAD@": "host" if config.offload else "auto",
-        # What a board of 512 MB can spare (edge.bench.budget), and some, as the kernel counts a little otherwise.
-        "@MEMORY@": "160M" if config.offload else "200M",
+        "@MEMORY@": f"{allowance(text=not config.offload):.0f}M",
     }
     found = {}
     for file in BOARD:

@@ -5,8 +5,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from edge.bench.__main__ import SUBJECTS
-from edge.bench.budget import BUDGETS
 from edge.bench.recording import Recording, RecordingError
+from edge.budget import BUDGETS
 from edge.process import cache_file
 from models.manifest import DEFAULT, Manifest, ModelError, resolve, sha256
 from tools.bench.command import usual_recording

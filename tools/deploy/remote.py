@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from edge.budget import allowance
 from models.manifest import sha256
 from tools.deploy.bundle import pack
 from tools.deploy.target import MACHINES, PYTHONS, DeployError, Target
@@ -16,7 +17,6 @@ from tools.deploy.target import MACHINES, PYTHONS, DeployError, Target
 FOLDER = "vlpg-bundle"  # in the user's home on the board: the bundle that was last sent, kept for the next
 MEASURED = "vlpg-bench"  # there, too: what the benchmarks there use, and found
 FIRST_DISK, NEXT_DISK = 900, 450  # MB: the bundle and two installed versions; one more version, of three for a while
-FREE_MEMORY = {False: 200, True: 160}  # MB, without and with --offload: the robot's budget and some
 STORE = "/var/lib/vlpg/home.vlpg"  # of the installed robot, as in its unit; for root to read
 LIBC = (2, 28)  # of the system that the locked wheels are made for, at least
 CLOCK = 300.0  # s that the board's may differ by from here
@@ -56,7 +56,7 @@ class Facts:
 
     def target(self, offload: bool) -> Target:
         """What a bundle for it must be made for. Raises DeployError when there is none, or the board has no room."""
-        disk, memory = NEXT_DISK if self.installed else FIRST_DISK, FREE_MEMORY[offload]
+        disk, memory = NEXT_DISK if self.installed else FIRST_DISK, allowance(text=not offload)
         if self.machine not in MACHINES:
             raise DeployError(f"the board is {self.machine}; bundles are for {' or '.join(MACHINES)}")
         if self.bits != 64 or self.libc < LIBC:
@@ -69,7 +69,7 @@ class Facts:
         if self.disk < disk:
             raise DeployError(f"the board has {self.disk:.0f} MB of disk left; free {disk} MB")
         if self.memory < memory:
-            raise DeployError(f"the board has {self.memory:.0f} MB of memory left; free {memory} MB")
+            raise DeployError(f"the board has {self.memory:.0f} MB of memory left; free {memory:.0f} MB")
         if abs(self.clock) > CLOCK:
             raise DeployError(f"the board's clock is {self.clock:+.0f} s off; set it, e.g. timedatectl set-ntp true")
         return Target(self.machine, self.pythons[0])

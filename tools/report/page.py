@@ -4,9 +4,10 @@ from html import escape
 from math import degrees
 from pathlib import Path
 
+from edge.budget import SMALLEST
 from tools.report.memory_chart import memory_chart
 from tools.report.plan import SHOWN, FloorPlan, data_uri
-from tools.report.record import MEMORY_BUDGET, Run, Search
+from tools.report.record import Run, Search
 from tools.report.style import CSS
 
 
@@ -140,7 +141,7 @@ def _picture(search: Search, folder: Path) -> str:
 
 
 def _memory(run: Run) -> str:
-    budget = MEMORY_BUDGET[run.offload]
+    budget = SMALLEST.peak(text=run.offload != "host")  # in "auto", too, it must have room for its own text tower
     rows = []
     for process in run.processes:
         verdict = ""

@@ -14,9 +14,6 @@ Xyt = tuple[float, float, float]
 
 Offload = Literal["never", "auto", "host"]  # who encodes text: the robot, the host if it is there, only the host
 
-# MB, peak PSS of the robot process on a 512 MB board. In "auto" it must have room for its own text tower, too.
-MEMORY_BUDGET: dict[Offload, float] = {"never": 170.0, "auto": 170.0, "host": 130.0}
-
 
 class Thing(msgspec.Struct, frozen=True):
     """A true object of the house."""

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from edge.bench import __main__ as command
-from edge.bench.budget import BOARD, HOST
+from edge.bench.overruns import BOARD, HOST
 from edge.bench.probe_process import ProbeFailed
 from edge.bench.report import Process, Report
 from models.manifest import Manifest, resolve

@@ -3,8 +3,8 @@
 import pytest
 
 from edge.bench import measure as module
-from edge.bench.budget import BOARD, HOST
 from edge.bench.measure import FOLDER, WEIGHED, Subject, measure, run, subjects, weigh
+from edge.bench.overruns import BOARD, HOST
 from edge.bench.probe_process import ProbeFailed
 from edge.bench.recording import Recording, write
 from edge.bench.report import Process

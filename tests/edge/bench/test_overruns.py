@@ -2,8 +2,9 @@
 
 import pytest
 
-from edge.bench.budget import BOARD, BUDGETS, HOST, overruns
+from edge.bench.overruns import BOARD, HOST, overruns
 from edge.bench.report import STEP, Process, Report, Stage
+from edge.budget import BUDGETS
 
 ZERO = BUDGETS["pi-zero-2w"]
 

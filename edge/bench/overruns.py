@@ -1,33 +1,15 @@
-"""What a board can spare, and what was spent beyond it."""
-
-from dataclasses import dataclass
+"""What a report spends beyond a board's budget."""
 
 from edge.bench.report import STEP, Report
+from edge.budget import Budget
 
 BOARD, HOST = "mission", "mission, text on the host"  # subjects of the report
-
-
-@dataclass(frozen=True)
-class Budget:
-    """Limits. What a report does not have is not judged."""
-
-    board: float  # MB peak PSS, everything on board
-    host: float  # MB peak PSS, text on a host
-    ram: float = 1.5  # MB, the memory of 2 000 nodes of one 512-d vector
-    disk: float = 2.5  # MB, the same in its file
-    step: float = 100.0  # ms, perception and planning in 95 of 100 control steps: one control period
-
-
-BUDGETS = {
-    "pi-zero-2w": Budget(board=170.0, host=130.0),  # 512 MB, of which the system takes half
-    "qcs605": Budget(board=256.0, host=200.0),  # 2 GB, the board of [V]
-}
 
 
 def spent(report: Report, budget: Budget) -> list[tuple[str, float, float, str]]:
     """What of the report the ``budget`` limits: its name, value, limit and unit."""
     spent = []
-    for name, limit in ((BOARD, budget.board), (HOST, budget.host)):
+    for name, limit in ((BOARD, budget.peak(text=True)), (HOST, budget.peak(text=False))):
         if name in report.processes:
             spent.append((f"{name}: peak PSS", report.processes[name].peak, limit, "MB"))
     for name, size in report.sizes.items():
