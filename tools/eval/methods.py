@@ -1,6 +1,7 @@
-"""The four methods that [V] compares in Sec. IV, each a mission built from the same parts."""
+"""The four methods that [V] compares in Sec. IV, and exploring as [U] does: missions built from the same parts."""
 
 from edge.missions.centring import centre
+from edge.missions.explore_for_object import ExploreForObject
 from edge.missions.find_object import FindObject, FindObjectConfig
 from edge.missions.map_home import MapHome
 from edge.missions.mission import Mission, Story
@@ -67,15 +68,16 @@ class ViewpointAndCentring(ViewpointOnly):
 def mission_for(method: str, tour: Tour, target: Target, search: bool, seed: int) -> Mission:
     """The mission of a ``method`` in METHODS. ``search``: VLPG-Nav looks even for what is not in its memory."""
     robot = tour.robot
-    if method == "frontier":
-        return Frontier(new_robot(tour.world, robot.encoder), target)
+    if method in WITHOUT_MEMORY:
+        return WITHOUT_MEMORY[method](new_robot(tour.world, robot.encoder), target)
     if method == "vlpg-nav":
         return finder(tour, target, search, seed)
     return METHODS[method](robot, target, seed=seed)
 
 
+WITHOUT_MEMORY = {"frontier": Frontier, "explore": ExploreForObject}
 METHODS = {
-    "frontier": Frontier,
+    **WITHOUT_MEMORY,
     "viewpoint": ViewpointOnly,
     "viewpoint+centring": ViewpointAndCentring,
     "vlpg-nav": FindObject,
