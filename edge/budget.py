@@ -12,6 +12,7 @@ class Budget:
     ram: float = 1.5  # MB, the memory of 2 000 nodes of one 512-d vector
     disk: float = 2.5  # MB, the same in its file
     step: float = 100.0  # ms, perception and planning in 95 of 100 control steps: one control period
+    core: float = 50.0  # % of one core that they take at 10 Hz
 
     def peak(self, text: bool) -> float:
         """MB peak PSS, with or without a text tower."""

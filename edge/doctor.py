@@ -132,6 +132,8 @@ def store(path: Path, digest: str | None) -> Iterator[Finding]:
     if not os.access(path, os.R_OK):
         yield Finding("store", f"{path} is not yours to read", "run the doctor with sudo")
         return
+    from edge.memory.database import READABLE, unusable
+
     try:
         db = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
         try:
@@ -141,10 +143,14 @@ def store(path: Path, digest: str | None) -> Iterator[Finding]:
         finally:
             db.close()
     except sqlite3.Error as error:
-        yield Finding("store", f"{path} cannot be read ({error})", "restore it from a copy, or map the home again")
+        yield Finding("store", "cannot be read", str(unusable(path, error)))
         return
     other = digest is not None and meta.get("digest") != digest
     remedy = f"it is {meta.get('encoder')}'s; run vlpg reindex {path}, on a board vlpg-reindex" if other else ""
+    if meta.get("schema") not in READABLE:
+        remedy = (
+            f"its schema is {meta.get('schema')}; use the version that made it, or the older copy beside it, *.schema-N"
+        )
     if damage != "ok":
         remedy = f"it is damaged ({damage}); restore it from a copy, or map the home again"
     size = path.stat().st_size / 1e6

@@ -20,10 +20,10 @@ class Service:
         self._tell("READY=1")
 
     def alive(self):
-        """A sign of life; to be called often."""
+        """A sign of life, once it is up; to be called often."""
         if self._address and time.monotonic() >= self._next:
             self._next = time.monotonic() + PERIOD
-            self._tell("WATCHDOG=1")
+            self._tell("READY=1\nWATCHDOG=1")  # once more: a manager that was busy has not heard the first
 
     def _tell(self, state):
         if not self._address:

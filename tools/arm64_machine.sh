@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # Is a 512 MB board enough? Boots a whole emulated arm64 machine (two Cortex-A72, 512 MB), installs the bundle in it with
 # its own install.sh, lives through a recorded tour and search under the budget's limit of memory, and once under one that
-# is too low, which must fail. Then systemd takes over and must start the service, start it anew when it hangs, and take an
-# installation over a running one. Needs root, and a Debian whose package sources are reachable. Takes an hour or two, as
-# the emulator needs two seconds for a picture.
+# is too low, which must fail. Then systemd takes over and must start the service, start it anew when it hangs, leave it
+# alone when the same is installed again, and take an update and the way back. Needs root, and a Debian whose package
+# sources are reachable. Takes an hour or two, as the emulator needs two seconds for a picture.
 #
-#   tools/arm64_machine.sh [FOLDER]     FOLDER keeps the machine's files (default: build/arm64)
+#   tools/arm64_machine.sh [FOLDER]     FOLDER keeps the machine's files (default: build/arm64-machine)
 set -euo pipefail
 cd "$(dirname "$0")/.."
-folder=$(realpath -m "${1:-build/arm64}")
+folder=$(realpath -m "${1:-build/arm64-machine}")
 root=$folder/machine
 python=.venv/bin/python
 [ -x $python ] || { echo "run bash tools/install.sh dev first" >&2; exit 1; }
@@ -66,13 +66,15 @@ for module in virtio_pci virtio_mmio virtio_blk ext4; do needed $module; done
 chmod 755 "$first/init"
 (cd "$first" && find . | cpio --quiet --create --format=newc | gzip) > "$folder/first.gz"
 
-echo "== the bundle and the recording"
+echo "== the bundles and the recording"
 rm -rf "$folder/bundle"
-$python -m tools.deploy.command bundle --target aarch64 --python 3.11 --out "$folder/bundle"
+for offload in "" --offload; do
+    $python -m tools.deploy.command bundle --target aarch64 --python 3.11 $offload --out "$folder/bundle"
+done
 $python -m tools.arm64.here prepare "$folder/work"
 rm -rf "$root"/{check,opt/vlpg}
 mkdir -p "$root"/{check,proc,sys,dev,tmp,run}
-tar xzf "$folder"/bundle/*.tar.gz -C "$root/check"
+for bundle in "$folder"/bundle/*.tar.gz; do tar xzf "$bundle" -C "$root/check"; done
 cp "$folder/work/mission.rec" "$root/check/"
 cat > "$root/check/init" <<'END'
 #!/bin/sh
@@ -85,7 +87,8 @@ busybox ip link set lo up
 grep MemTotal /proc/meminfo
 run() { echo "MACHINE: $1"; shift; "$@"; echo "MACHINE: exit code $?"; }
 bench="/opt/vlpg/bin/vlpg-bench mission --recording /check/mission.rec --budget pi-zero-2w"
-run install sh /check/vlpg-edge-*/install.sh
+run install sh /check/vlpg-edge-*-cp311/install.sh
+touch /opt/vlpg/current/failed  # as if that had been broken off
 run "too little" $bench --enforce 60
 run enough $bench --enforce
 exec /lib/systemd/systemd --unit=multi-user.target
@@ -101,12 +104,22 @@ started() { # this often, and it has said that it is ready
         [ "$(show NRestarts)" -lt "$1" ] || ! systemctl is-active --quiet vlpg-robot.service || break
     done
     grep . /sys/fs/cgroup/system.slice/vlpg-robot.service/memory.max /sys/fs/cgroup/system.slice/vlpg-robot.service/memory.peak
-    systemctl is-active vlpg-robot.service && [ "$(show NRestarts)" = "$1" ] || ! journalctl --unit vlpg-robot.service
+    systemctl is-active vlpg-robot.service && [ "$(show NRestarts)" = "$1" ] && ! [ -e /opt/vlpg/current/failed ] ||
+        ! journalctl --unit vlpg-robot.service
+}
+same() {
+    before=$(show MainPID)
+    sh /check/vlpg-edge-*-cp311/install.sh && [ "$(show MainPID)" = "$before" ]
+}
+release() { # with what it is to be started
+    "$@" && systemctl is-active vlpg-robot.service && grep VLPG_RELEASE /opt/vlpg/current/release.env
 }
 run "the service" started 0
 kill -STOP "$(show MainPID)"
 run "it hangs" started 1
-run "installed while it runs" sh /check/vlpg-edge-*/install.sh
+run "the same again" same
+run "an update" release sh /check/vlpg-edge-*-offload/install.sh
+run "back" release sh /opt/vlpg/current/install.sh --rollback
 END
 mkdir -p "$root/etc/systemd/system/multi-user.target.wants"
 cat > "$root/etc/systemd/system/check.service" <<'END'
@@ -128,5 +141,5 @@ timeout 6h qemu-system-aarch64 -M virt -cpu cortex-a72 -smp 2 -m 512 -nographic 
     -kernel "$root"/boot/vmlinuz-* -initrd "$folder/first.gz" -append "console=ttyAMA0 quiet systemd.show_status=no panic=-1" \
     -drive file="$folder/disk.ext4",format=raw,if=virtio,cache=unsafe -nic none | sed -u 's,\r,,' | tee "$folder/machine.txt"
 codes=$(sed -n 's/^MACHINE: exit code //p' "$folder/machine.txt" | tr '\n' ' ')
-[ "$codes" = "0 1 0 0 0 0 " ] || { echo "the machine's exit codes are $codes, not 0 1 0 0 0 0" >&2; exit 1; }
+[ "$codes" = "0 1 0 0 0 0 0 0 " ] || { echo "the machine's exit codes are $codes, not 0 1 0 0 0 0 0 0" >&2; exit 1; }
 echo "== a 512 MB machine is enough, and 60 MB are not; its systemd keeps the robot running"

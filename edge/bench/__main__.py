@@ -12,7 +12,7 @@ from pathlib import Path
 from edge.bench.baseline import regressions
 from edge.bench.limit import MemoryLimit
 from edge.bench.measure import FEWEST, MOST, Subject, measure, subjects, weigh
-from edge.bench.overruns import BOARD, HOST, overruns
+from edge.bench.overruns import BOARD, HOST, PERIOD, overruns, spent
 from edge.bench.probe_process import ProbeFailed
 from edge.bench.recording import Recording, RecordingError
 from edge.bench.report import STEP, Report, ReportError
@@ -21,7 +21,6 @@ from models.manifest import DEFAULT, Manifest, ModelError, resolve, sha256
 
 SUBJECTS = ["encoder", "store", "planning", "mission", "all"]
 BUDGETED = ["store", "mission", "all"]
-PERIOD = 100.0  # ms between control steps
 UNHURRIED = 0.5  # s between readings of a process under a hard limit, which does the weighing itself
 
 
@@ -109,17 +108,18 @@ def bench(options: argparse.Namespace) -> int:
     if options.json:
         options.json.with_suffix(".part").rename(options.json)
     print(report)
+    if before and before.origin != report.origin:
+        print(f"compared with another machine, model or recording: {'; '.join(before.origin)}")
     for name, stage in report.stages.items():
         if name.endswith(STEP):
             print(f"{name}: {stage.mean / PERIOD:.0%} of this core at 10 Hz")
-    if before and before.origin != report.origin:
-        print(f"compared with another machine, model or recording: {'; '.join(before.origin)}")
     problems = overruns(report, BUDGETS[options.budget]) if options.budget else []
     problems += regressions(report, before) if before else []
     for problem in problems:
         print(f"OVER  {problem}")
     if options.budget and not problems:
-        print(f"within the budget {options.budget}, on this machine")
+        judged = [name for name, *_ in spent(report, BUDGETS[options.budget])]
+        print(f"within the budget {options.budget}, on this machine: {'; '.join(judged)}")
     return bool(problems)
 
 
@@ -127,7 +127,7 @@ def enforce(missions: list[Subject], options: argparse.Namespace) -> int:
     """Run each mission under a limit; exit code 1 when one does not finish, or takes more."""
     for subject in missions:
         budget = BUDGETS[options.budget] if options.budget else None
-        limit = options.enforce or (budget.board if subject.name == BOARD else budget.host)
+        limit = options.enforce or budget.peak(text=subject.name == BOARD)
         with MemoryLimit(limit) as hard:
             under = f"{subject.name} under {limit:g} MB by {hard.kind}"
             try:
@@ -135,7 +135,9 @@ def enforce(missions: list[Subject], options: argparse.Namespace) -> int:
             except ProbeFailed as error:
                 print(f"OVER  {under}: {error}")
                 return 1
-        took = f"peak PSS {process.peak:.1f} MB, {process.anonymous:.1f} of it anonymous"
+            took = f"peak PSS {process.peak:.1f} MB, {process.anonymous:.1f} of it anonymous"
+            if hard.peak is not None:
+                took += f"; {hard.peak:.1f} MB by the group's own count"
         if process.peak > limit:  # files that are mapped may not count for the limit
             print(f"OVER  {under}: finished; {took}")
             return 1

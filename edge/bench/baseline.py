@@ -1,6 +1,6 @@
 """What became slower or larger than an earlier report says."""
 
-from edge.bench.report import Report
+from edge.bench.report import Report, ReportError
 
 SLOWER = 0.15  # share of a median by which it may grow unnoticed: between runs, machines differ from themselves
 LARGER = 0.03  # share of a size
@@ -8,7 +8,13 @@ LITTLE = 0.05  # ms; stages that grow by less are not told
 
 
 def regressions(now: Report, before: Report) -> list[str]:
-    """A sentence on each figure that grew by more than the margin; latencies also by more than both intervals."""
+    """A sentence on each figure that grew by more than the margin; latencies also by more than both intervals.
+
+    What only one of them has is not compared. Raises ReportError when that is all.
+    """
+    figures = [{*report.stages, *report.processes, *report.sizes} for report in (now, before)]
+    if figures[0].isdisjoint(figures[1]):
+        raise ReportError("the earlier report has nothing of what was measured now: it is of other parts of the robot")
     found = []
     for name, stage in now.stages.items():
         if old := before.stages.get(name):

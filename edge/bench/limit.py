@@ -51,6 +51,13 @@ class MemoryLimit:
             return "control group"
         return f"RLIMIT_DATA, and {RESERVED / 1e6:.0f} MB of address space that two libraries keep untouched"
 
+    @property
+    def peak(self) -> float | None:
+        """MB, the most that the group has taken by the kernel's count; None without one, or before Linux 5.19."""
+        if self._group is None or not (self._group / "memory.peak").is_file():
+            return None
+        return int((self._group / "memory.peak").read_text()) / 1e6
+
     def enter(self) -> None:
         """Put the calling process under the limit."""
         if self._group is not None:

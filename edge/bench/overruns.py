@@ -4,6 +4,7 @@ from edge.bench.report import STEP, Report
 from edge.budget import Budget
 
 BOARD, HOST = "mission", "mission, text on the host"  # subjects of the report
+PERIOD = 100.0  # ms between control steps
 
 
 def spent(report: Report, budget: Budget) -> list[tuple[str, float, float, str]]:
@@ -18,6 +19,7 @@ def spent(report: Report, budget: Budget) -> list[tuple[str, float, float, str]]
     for name, stage in report.stages.items():
         if name.endswith(STEP):
             spent.append((f"{name}: p95", stage.p95, budget.step, "ms"))
+            spent.append((f"{name}: of a core at 10 Hz", 100 * stage.mean / PERIOD, budget.core, "%"))
     return spent
 
 

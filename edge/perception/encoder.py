@@ -52,7 +52,7 @@ class Encoder:
             ModelError: the folder or one of its files is missing or damaged.
         """
         manifest = Manifest.load(resolve(folder) if folder is not None else resolve())
-        manifest.verify()
+        manifest.verify(text)
         return cls(manifest, text, threads)
 
     @property

@@ -133,6 +133,25 @@ def test_a_store_that_cannot_be_used(tmp_path, how):
     assert (path.read_bytes() if path.exists() else None) == before
 
 
+def test_a_store_of_a_newer_version_is_not_called_fine(tmp_path):
+    path = store_of(tmp_path / "home.vlpg")
+    with sqlite3.connect(path) as db:
+        db.execute("UPDATE meta SET value = '99' WHERE key = 'schema'")
+    db.close()
+    (finding,) = doctor.store(path, "abc")
+    assert "schema is 99" in finding.remedy and "older copy" in finding.remedy
+
+
+def test_a_store_that_is_whole_but_in_use_is_not_to_be_thrown_away(tmp_path):
+    path = store_of(tmp_path / "home.vlpg")
+    db = sqlite3.connect(path)
+    db.execute("PRAGMA locking_mode = EXCLUSIVE")
+    db.execute("UPDATE meta SET value = value")
+    (finding,) = doctor.store(path, "abc")
+    db.close()
+    assert "check that no other program uses it" in finding.remedy and "map anew" not in finding.remedy
+
+
 def test_who_is_alive_on_the_link_and_who_is_not(endpoint, monkeypatch):
     monkeypatch.setattr(doctor, "PATIENCE", 0.5)
     (nobody,) = doctor.link(LinkConfig((endpoint,), mode="client", multicast_scouting=False), "r", False)

@@ -23,7 +23,7 @@ def test_it_tells_that_it_is_up_and_then_at_most_once_a_second_that_it_lives(man
     service.ready()
     for _ in range(50):
         service.alive()
-    assert [manager.recv(100), manager.recv(100)] == [b"READY=1", b"WATCHDOG=1"]
+    assert [manager.recv(100), manager.recv(100)] == [b"READY=1", b"READY=1\nWATCHDOG=1"]
     manager.setblocking(False)
     with pytest.raises(BlockingIOError):
         manager.recv(100)

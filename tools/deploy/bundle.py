@@ -112,7 +112,7 @@ def _board(config: BundleConfig) -> dict[str, bytes]:
         "@MACHINE@": config.target.machine,
         "@MODEL@": config.model.folder.name,
         "@OFFLOAD@": "host" if config.offload else "auto",
-        "@MEMORY@": f"{allowance(text=not config.offload):.0f}M",
+        "@MEMORY@": f"{1e6 * allowance(text=not config.offload):.0f}",
     }
     found = {}
     for file in BOARD:

@@ -143,11 +143,14 @@ class Board:
 
     def install(self) -> str:
         """What the bundle's own script says. Raises DeployError with its words when it fails."""
-        return self._script("")
+        return self.run(self._script(f"{FOLDER}/install.sh"))
 
     def rollback(self) -> str:
         """To the version before. Raises DeployError when there is none."""
-        return self._script("--rollback")
+        script = f"{shlex.quote(self.root)}/opt/vlpg/current/install.sh"
+        return self.run(
+            f"[ -e {script} ] || {{ echo there is no robot installed >&2; exit 1; }}; {self._script(script)} --rollback"
+        )
 
     def doctor(self) -> tuple[str, bool]:
         """The table of the installed ``vlpg-doctor``, but for the link, and whether all is well."""
@@ -157,7 +160,7 @@ class Board:
 
     def logs(self, follow: bool = False) -> int:
         """What the robot wrote last, in this terminal; an exit code."""
-        return self.attach(f"journalctl --unit vlpg-robot --lines 100 --no-pager {'--follow' * follow}")
+        return self.attach(f"{self._sudo}journalctl --unit vlpg-robot --lines 100 --no-pager {'--follow' * follow}")
 
     def bench(self, recording: Path, arguments: list[str]) -> tuple[int, Callable[[], str]]:
         """Run the installed ``vlpg-bench`` on a recording, in this terminal.
@@ -196,9 +199,8 @@ class Board:
         """Run something there that writes to this terminal; its exit code."""
         return subprocess.call([*self._command, command])
 
-    def _script(self, option: str) -> str:
-        where = f"--root {shlex.quote(self.root)}" if self.root else ""
-        return self.run(f"{self._sudo}sh {FOLDER}/install.sh {where} {option}")
+    def _script(self, path: str) -> str:
+        return f"{self._sudo}sh {path}{f' --root {shlex.quote(self.root)}' if self.root else ''}"
 
     @property
     def _sudo(self) -> str:

@@ -3,7 +3,7 @@
 import pytest
 
 from edge.bench.baseline import regressions
-from edge.bench.report import Process, Report, Stage
+from edge.bench.report import Process, Report, ReportError, Stage
 
 
 def report(p50=10.0, interval=0.1, peak=100.0, size=1.0):
@@ -38,4 +38,9 @@ def test_microseconds_are_not_told():
 
 
 def test_what_is_new_has_nothing_to_be_compared_with():
-    assert regressions(report(), Report("x", "m")) == []
+    assert regressions(report(), Report("x", "m", sizes={"store: RAM": 1.0})) == []
+
+
+def test_a_report_of_other_parts_is_no_baseline():
+    with pytest.raises(ReportError, match="nothing of what was measured"):
+        regressions(report(), Report("x", "m", sizes={"store: disk": 1.0}))

@@ -56,6 +56,9 @@ def test_a_control_group_gets_the_limit_and_goes_again(monkeypatch, tmp_path):
     with MemoryLimit(100) as limited:
         (group,) = (path for path in tmp_path.iterdir() if path.is_dir())
         assert limited.kind == "control group" and (group / "memory.max").read_text() == "100000000"
+        assert limited.peak is None
+        (group / "memory.peak").write_text("90000000\n")
+        assert limited.peak == 90.0
         limited.enter()
         assert (group / "cgroup.procs").read_text().isdigit()
         for file in group.iterdir():

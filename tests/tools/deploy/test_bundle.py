@@ -55,7 +55,7 @@ def test_a_host_takes_the_text_tower_off_it(config, cache, tmp_path, model):
     assert not any("tokenizer" in name.rpartition("/")[2] or "text.onnx" in name for name in found)
     top = unpack(tmp_path / "vlpg-edge-0.1.0-aarch64-cp311-offload.tar.gz", tmp_path / "unpacked")
     assert "--offload host" in (top / "release.env").read_text()
-    assert "MemoryMax=160M" in (top / "vlpg-robot.service").read_text()
+    assert "MemoryMax=160000000\n" in (top / "vlpg-robot.service").read_text()
 
 
 def test_no_placeholder_is_left(config, cache, tmp_path):
@@ -98,9 +98,9 @@ def test_what_a_release_was_made_for_goes_and_comes_with_it(config, cache, tmp_p
         top = unpack(made, tmp_path / f"b{number}")
         assert install(top, root).returncode == 0
     options, unit = (root / name for name in ("opt/vlpg/current/release.env", "etc/systemd/system/vlpg-robot.service"))
-    assert "--offload host" in options.read_text() and "MemoryMax=160M" in unit.read_text()
+    assert "--offload host" in options.read_text() and "MemoryMax=160000000\n" in unit.read_text()
     assert install(top, root, "--rollback").returncode == 0
-    assert "--offload auto" in options.read_text() and "MemoryMax=200M" in unit.read_text()
+    assert "--offload auto" in options.read_text() and "MemoryMax=200000000\n" in unit.read_text()
 
 
 def test_the_commands_of_a_release_are_its_own(config, cache, tmp_path):
@@ -165,6 +165,34 @@ def test_what_was_damaged_on_the_board_is_installed_again(config, cache, tmp_pat
     file = root / "opt" / "vlpg" / "current" / "site" / "speed" / "__init__.py"
     file.unlink() if damage == "gone" else file.write_text("")
     assert install(top, root).returncode == 0 and file.read_text() == "answer = 42\n"
+
+
+def test_a_repair_that_cannot_be_written_costs_nothing_that_is_there(config, cache, tmp_path):
+    top, root = unpack(make(config, tmp_path / "a", cache), tmp_path / "b"), tmp_path / "root"
+    assert install(top, root).returncode == 0
+    current = root / "opt" / "vlpg" / "current"
+    (current / "site" / "speed" / "__init__.py").unlink()
+    before = {path.relative_to(current) for path in current.rglob("*")}
+    environment = only(tmp_path / "full", "3.11")
+    (tmp_path / "full" / "sync").unlink()
+    (tmp_path / "full" / "sync").write_text("#!/bin/sh\nexit 1\n")
+    (tmp_path / "full" / "sync").chmod(0o755)
+    command = ["sh", str(top / "install.sh"), "--root", str(root)]
+    assert subprocess.run(command, env=environment, capture_output=True, timeout=120).returncode == 1
+    assert {path.relative_to(current) for path in current.rglob("*")} == before
+    assert len(list((root / "opt" / "vlpg" / "releases").iterdir())) == 1
+
+
+def test_what_is_installed_goes_back_by_itself(config, cache, tmp_path, monkeypatch):
+    root = tmp_path / "root"
+    for number in range(2):
+        monkeypatch.setattr(bundle, "version", lambda number=number: f"0.{number}.0")
+        top = unpack(make(config, tmp_path / f"a{number}", cache), tmp_path / f"b{number}")
+        assert install(top, root).returncode == 0
+        shutil.rmtree(top)
+    current = root / "opt" / "vlpg" / "current"
+    assert install(current, root, "--rollback").returncode == 0
+    assert json.loads((current / "about.json").read_text())["version"] == "0.0.0"
 
 
 @pytest.mark.parametrize("file", ["wheels/speed-1.0-py3-none-any.whl", "app/edge/__init__.py", "files.sha256"])

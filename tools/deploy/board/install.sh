@@ -2,12 +2,12 @@
 # Installs the robot from the folder that this script lies in, without a network. Run it as root on the board.
 #
 #   install.sh               install and start; the version before is kept
-#   install.sh --rollback    go back to the version before
+#   install.sh --rollback    go back to the version before; what is installed has this script as well
 #   install.sh --root DIR    install below DIR, as into a mounted card, whose system makes the user when it boots
 set -eu
 umask 022  # the service's user must be able to read what root installs
 here=$(CDPATH= cd -- "$(dirname -- "$0")" && pwd)
-root= rollback=
+root= rollback= changed=
 while [ $# -gt 0 ]; do
     case $1 in
     --rollback) rollback=1 ;;
@@ -23,16 +23,20 @@ base=$root$home
 # Makes a link point elsewhere in one step: who reads it meanwhile sees the old or the new one.
 point() { ln -sfn "$2" "$1.new" && mv -T "$1.new" "$1"; }
 
-# Runs what is current, under its own limits. What does not start is no version to go back to.
+# Runs what is current, under its own limits. What never starts is no version to go back to: the unit takes the mark off,
+# whenever that is. A robot that runs as it should is not disturbed.
 activate() {
-    touch "$base/current/failed"
-    cp "$base/current/vlpg-robot.service" "$root/etc/systemd/system/vlpg-robot.service"
-    if [ -z "$root" ] && [ -d /run/systemd/system ]; then
+    unit=$root/etc/systemd/system/vlpg-robot.service
+    if [ -n "$root" ] || ! [ -d /run/systemd/system ]; then
+        cp "$base/current/vlpg-robot.service" "$unit"
+    elif [ -n "$changed" ] || [ "$(cat "$base/current/vlpg-robot.service")" != "$(cat "$unit")" ] ||
+        ! systemctl is-active --quiet vlpg-robot.service; then
+        touch "$base/current/failed"
+        cp "$base/current/vlpg-robot.service" "$unit"
         systemctl daemon-reload
         systemctl restart vlpg-robot.service ||
-            fail "the robot does not start; journalctl -u vlpg-robot says why, install.sh --rollback goes back"
+            fail "the robot does not start; journalctl -u vlpg-robot says why, $home/current/install.sh --rollback goes back"
     fi
-    rm "$base/current/failed"
 }
 
 if [ -n "$rollback" ]; then
@@ -42,6 +46,7 @@ if [ -n "$rollback" ]; then
         fail "the version before does not run here any more; it was made for $(cat "$base/$before/about.json")"
     point "$base/current" "$before"
     [ -e "$base/$now/failed" ] || point "$base/previous" "$now"
+    changed=1
     activate
     [ "$(readlink "$base/previous")" != "$before" ] || rm "$base/previous"
     echo "back at ${before#releases/}"
@@ -64,17 +69,18 @@ folder=$base/releases/$release
 if ! [ -e "$folder/complete" ] || ! (cd "$folder" && sha256sum --quiet --check sums) >/dev/null 2>&1; then
     [ "$(sha256sum < "$here/files.sha256" | cut -c 1-12)" = "$release" ] &&
         (cd "$here" && sha256sum --quiet --check files.sha256) || fail "the bundle is damaged; copy it again"
-    trap 'rm -rf "$folder"' EXIT  # a half takes room, and is of no use
-    rm -rf "$folder"
-    mkdir -p "$folder/site" "$folder/bin"
+    new=$folder.new  # what is damaged may run, and is better than nothing if this one cannot be written either
+    trap 'rm -rf "$new" "$new.sums"' EXIT  # a half takes room, and is of no use
+    rm -rf "$new" "$folder.old"
+    mkdir -p "$new/site" "$new/bin"
     for wheel in "$here"/wheels/*.whl; do
-        "$python" -I -m zipfile -e "$wheel" "$folder/site"
+        "$python" -I -m zipfile -e "$wheel" "$new/site"
     done
-    cp -R "$here/app" "$here/about.json" "$here/release.env" "$here/vlpg-robot.service" "$folder/"
+    cp -R "$here/app" "$here/about.json" "$here/release.env" "$here/vlpg-robot.service" "$here/install.sh" "$new/"
     for part in node:vlpg-robot doctor:vlpg-doctor bench:vlpg-bench reindex:vlpg-reindex; do
         made=  # the doctor is asked about this release; your own options come after, and win
         [ "$part" != doctor:vlpg-doctor ] || made=$(sed -n 's/^VLPG_RELEASE=//p' "$here/release.env")
-        cat > "$folder/bin/${part#*:}" <<END
+        cat > "$new/bin/${part#*:}" <<END
 #!/bin/sh
 # The installed robot's own packages and no others. Telemetry of ONNX Runtime off, one thread for BLAS, and without the
 # documentation in the code, which takes 2 MB.
@@ -89,13 +95,17 @@ python=\$(command -v python@PYTHON@) || {
 }
 exec "\$python" -OO -s -P -m edge.${part%:*} $made "\$@"
 END
-        chmod 755 "$folder/bin/${part#*:}"
+        chmod 755 "$new/bin/${part#*:}"
     done
-    (cd "$folder" && find . -type f ! -name sums -exec sha256sum {} +) > "$folder.sums"
-    mv "$folder.sums" "$folder/sums"
-    sync -f "$folder"  # or a power cut may leave a complete version of empty files
-    touch "$folder/complete"
+    (cd "$new" && find . -type f -exec sha256sum {} +) > "$new.sums"
+    mv "$new.sums" "$new/sums"
+    sync -f "$new"  # or a power cut may leave a complete version of empty files
+    touch "$new/complete"
+    [ ! -e "$folder" ] || mv "$folder" "$folder.old"
+    mv "$new" "$folder"
+    rm -rf "$folder.old"
     trap - EXIT
+    changed=1
 fi
 if [ "$found" != "@PYTHON@, 64 bit" ]; then
     echo "install.sh: without a Python @PYTHON@ here the code is not compiled; until this is run on the board, too," \
@@ -119,6 +129,7 @@ fi
 
 now=$(readlink "$base/current" || true)
 if [ "$now" != "releases/$release" ]; then
+    changed=1
     [ -z "$now" ] || [ -e "$base/current/failed" ] || point "$base/previous" "$now"
     point "$base/current" "releases/$release"
     [ "$(readlink "$base/previous" || true)" != "releases/$release" ] || rm "$base/previous"
