@@ -7,7 +7,7 @@ import pytest
 
 from edge.perception.encoder import Encoder, View
 from edge.perception.prompts import Target
-from models.manifest import ModelError, resolve
+from models.manifest import Manifest, ModelError, resolve
 
 GOLDEN = Path(__file__).parent / "encoder_golden.npz"
 
@@ -112,6 +112,16 @@ def test_synonyms_are_nearer_than_other_things(encoder):
 def test_without_the_text_tower_prompts_are_refused():
     with pytest.raises(ModelError, match="without its text tower"):
         Encoder.load(text=False).encode_text(["a chair"])
+
+
+def test_a_model_that_came_without_its_text_tower_encodes_pictures_and_is_not_whole(encoder, tmp_path):
+    manifest = Manifest.load(resolve())
+    for name in ("manifest.json", *(file.name for file in manifest.image_files)):
+        (tmp_path / name).symlink_to(manifest.folder / name)
+    view = Encoder.load(tmp_path, text=False).encode_image(picture())
+    assert (view.vectors == encoder.encode_image(picture()).vectors).all()
+    with pytest.raises(ModelError, match="text.onnx is missing|tokenizer.json is missing"):
+        Encoder.load(tmp_path)
 
 
 def test_an_unknown_model_is_one_sentence():
