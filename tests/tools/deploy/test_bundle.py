@@ -35,6 +35,13 @@ def install(top, root, *arguments):
     return subprocess.run(command, capture_output=True, text=True, timeout=120)
 
 
+def releases(count, config, cache, folder, monkeypatch):
+    """Unpacked bundles of the versions 0.0.0, 0.1.0 and so on."""
+    for number in range(count):
+        monkeypatch.setattr(bundle, "version", lambda number=number: f"0.{number}.0")
+        yield unpack(make(config, folder / f"a{number}", cache), folder / f"b{number}")
+
+
 def test_the_same_inputs_give_the_same_bytes(config, cache, tmp_path):
     first = make(config, tmp_path / "one", cache)
     for wheel in cache.glob("*.whl"):
@@ -117,10 +124,7 @@ def test_the_commands_of_a_release_are_its_own(config, cache, tmp_path):
 
 
 def test_a_version_that_did_not_start_is_none_to_go_back_to(config, cache, tmp_path, monkeypatch):
-    root, tops = tmp_path / "root", []
-    for number in range(3):
-        monkeypatch.setattr(bundle, "version", lambda number=number: f"0.{number}.0")
-        tops.append(unpack(make(config, tmp_path / f"a{number}", cache), tmp_path / f"b{number}"))
+    root, tops = tmp_path / "root", list(releases(3, config, cache, tmp_path, monkeypatch))
     base = root / "opt" / "vlpg"
 
     def version(which):
@@ -142,9 +146,7 @@ def test_a_version_that_did_not_start_is_none_to_go_back_to(config, cache, tmp_p
 
 def test_a_third_version_replaces_the_first(config, cache, tmp_path, monkeypatch):
     root = tmp_path / "root"
-    for number in range(3):
-        monkeypatch.setattr(bundle, "version", lambda number=number: f"0.{number}.0")
-        top = unpack(make(config, tmp_path / f"a{number}", cache), tmp_path / f"b{number}")
+    for top in releases(3, config, cache, tmp_path, monkeypatch):
         assert install(top, root).returncode == 0
     assert len(list((root / "opt" / "vlpg" / "releases").iterdir())) == 2
 
@@ -185,12 +187,12 @@ def test_a_repair_that_cannot_be_written_costs_nothing_that_is_there(config, cac
 
 def test_what_is_installed_goes_back_by_itself(config, cache, tmp_path, monkeypatch):
     root = tmp_path / "root"
-    for number in range(2):
-        monkeypatch.setattr(bundle, "version", lambda number=number: f"0.{number}.0")
-        top = unpack(make(config, tmp_path / f"a{number}", cache), tmp_path / f"b{number}")
+    for top in releases(2, config, cache, tmp_path, monkeypatch):
         assert install(top, root).returncode == 0
         shutil.rmtree(top)
     current = root / "opt" / "vlpg" / "current"
+    again = install(current, root)
+    assert again.returncode == 1 and "only --rollback" in again.stderr and again.stderr.count("\n") == 1
     assert install(current, root, "--rollback").returncode == 0
     assert json.loads((current / "about.json").read_text())["version"] == "0.0.0"
 

@@ -53,6 +53,8 @@ if [ -n "$rollback" ]; then
     exit
 fi
 
+[ -e "$here/release" ] || fail "there is nothing to install here, only --rollback; a bundle's own install.sh installs that"
+
 # The first Python that runs: a name in the PATH may be a version manager's, of one that is not there. -I: this is root,
 # and what lies in the folder it stands in is not to be imported.
 for python in python@PYTHON@ python3 none; do
