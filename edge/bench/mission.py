@@ -88,8 +88,12 @@ def main() -> None:
         give_back_what_loading_took()
         for _ in replay.run():
             pass
-        dense = vlmaps.nbytes(replay.robot.grid)
-        tell(watch.read(), {"memory of the home": memory.nbytes / 1e6, "a VLMaps grid of it instead": dense / 1e6})
+        sizes = {
+            "memory of the home": memory.nbytes,
+            "a VLMaps grid of it instead": vlmaps.nbytes(replay.robot.grid),
+            "a thousand such nodes, with pictures and scans, disk": 1000 * memory.disk / len(memory),
+        }
+        tell(watch.read(), {name: size / 1e6 for name, size in sizes.items()})
 
 
 if __name__ == "__main__":

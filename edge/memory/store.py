@@ -4,6 +4,7 @@ import secrets
 import sqlite3
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
+from math import prod
 
 import numpy as np
 
@@ -93,6 +94,11 @@ class Vlpg:
     def nbytes(self):
         """Bytes in RAM of vectors, poses and their spare capacity."""
         return self._vectors.nbytes + self._nodes.nbytes
+
+    @property
+    def disk(self):
+        """Bytes of its file, pictures and scans with them, once all is written."""
+        return prod(self._db.execute(f"PRAGMA {what}").fetchone()[0] for what in ("page_count", "page_size"))
 
     @property
     def ids(self):

@@ -144,6 +144,14 @@ print(store.nbytes, resident() - before, disk)
     assert path.stat().st_size <= 2.5 * dim * nodes
 
 
+def test_a_store_knows_the_size_of_its_file_before_all_is_written(tmp_path):
+    path = tmp_path / "home.vlpg"
+    with opened(path) as store:
+        walk(store, np.random.default_rng(4), 30)
+        disk = store.disk
+    assert disk == path.stat().st_size
+
+
 @pytest.mark.parametrize("schema", ["1", "2"])
 def test_a_store_of_an_older_schema_is_brought_up_to_date(tmp_path, schema):
     path = tmp_path / "home.vlpg"
