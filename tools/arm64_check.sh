@@ -4,11 +4,18 @@
 # what it is asked for, with base and host on this machine. Needs root, and a Debian whose package sources are reachable.
 # Takes most of an hour; nothing is timed.
 #
-#   tools/arm64_check.sh [FOLDER]     FOLDER keeps the arm64 system and the recording (default: build/arm64)
+#   tools/arm64_check.sh [PYTHON [FOLDER]]     PYTHON: 3.11 or 3.13, of Debian 12 or 13 (default: 3.11)
+#                                              FOLDER keeps the arm64 system and the recording (default: build/arm64)
 set -euo pipefail
 cd "$(dirname "$0")/.."
-folder=$(realpath -m "${1:-build/arm64}")
-system=$folder/system
+version=${1:-3.11}
+case $version in
+3.11) debian=bookworm ;;
+3.13) debian=trixie ;;
+*) echo "the bundle is made for Python 3.11 and 3.13, not $version" >&2; exit 1 ;;
+esac
+folder=$(realpath -m "${2:-build/arm64}")
+system=$folder/$debian
 python=.venv/bin/python
 [ -x $python ] || { echo "run bash tools/install.sh dev first" >&2; exit 1; }
 [ "$(id -u)" = 0 ] || { echo "run it as root: it makes a system of its own and changes into it" >&2; exit 1; }
@@ -17,17 +24,21 @@ for tool in mmdebstrap qemu-aarch64-static; do
 done
 
 mkdir -p "$folder"
-if [ ! -e "$folder/system.made" ]; then
+if [ ! -e "$folder/$debian.made" ]; then
     rm -rf "$system"
-    # The package sources of this machine, whatever they are.
+    # The package sources of this machine, whatever they are, with that Debian's packages.
     for sources in /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list; do [ -e "$sources" ] && break; done
-    mmdebstrap --quiet --mode=root --variant=extract --architectures=arm64 --include=python3,libstdc++6 bookworm "$system" "$sources"
+    here=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release)
+    sed "s/\b$here\b/$debian/g" "$sources" > "$folder/$(basename "$sources")"
+    mmdebstrap --quiet --mode=root --variant=extract --architectures=arm64 --include=python3,libstdc++6 \
+        $debian "$system" "$folder/$(basename "$sources")"
+    for part in bin lib sbin; do [ -e "$system/$part" ] || ln -s usr/$part "$system/$part"; done  # a package's script would
     cp "$(command -v qemu-aarch64-static)" "$system/usr/bin/"
-    touch "$folder/system.made"
+    touch "$folder/$debian.made"
 fi
 
 rm -rf "$folder"/bundle
-$python -m tools.deploy.command bundle --target aarch64 --python 3.11 --out "$folder/bundle"
+$python -m tools.deploy.command bundle --target aarch64 --python $version --out "$folder/bundle"
 tar xzf "$folder"/bundle/*.tar.gz -C "$folder/bundle"
 sh "$folder"/bundle/*/install.sh --root "$system"
 

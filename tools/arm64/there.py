@@ -13,11 +13,14 @@ import numpy as np
 from edge.bench.recording import Recording
 from edge.bench.replay import Replay
 from edge.memory.store import Vlpg
+from edge.missions.sighting import sight
+from edge.perception.detection import Detector, DetectorConfig
 from edge.perception.encoder import Encoder
 from edge.robot import Robot
 from models.manifest import resolve
 
 HITS = 20
+UNDER_WAY = "under way"  # a search that the recording's end cuts off
 
 
 def vectors(encoder: Encoder) -> np.ndarray:
@@ -29,21 +32,21 @@ def vectors(encoder: Encoder) -> np.ndarray:
 
 
 def relive(recording: Recording, encoder: Encoder, store: Path) -> dict[str, np.ndarray]:
-    """Let the recorded observations happen to a robot with an empty ``store``; what it did and believed."""
+    """Let the recorded observations happen to a robot with an empty ``store``; what it did, believed, saw last."""
     store.unlink(missing_ok=True)
     with Vlpg.open(store, encoder.name, encoder.digest, encoder.dim) as memory:
         robot = Robot(encoder, memory)
         replay = Replay(recording, robot)
         rows = [(twist.v, twist.omega, *robot.pose) for twist in replay.run()]
         (search,) = replay.searches.values()
-        outcome, direction = search.outcome, search.target.direction
-    seen = outcome and outcome.claim and outcome.claim.sighting
+        outcome, target = search.outcome, search.target
+        seen = sight(robot, Detector(encoder, DetectorConfig(min_score=0.0)), target, robot.look_closely())
     return {
         "commands": np.array(rows)[:, :2],
         "poses": np.array(rows)[:, 2:],
-        "status": np.array(outcome.status if outcome else "under way"),
-        "claimed": np.array(seen.position if seen else [np.nan, np.nan]),
-        "direction": direction,
+        "status": np.array(outcome.status if outcome else UNDER_WAY),
+        "seen": np.array(seen.position if seen else [np.nan, np.nan]),
+        "direction": target.direction,
     }
 
 

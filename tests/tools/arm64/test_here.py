@@ -16,7 +16,7 @@ RESULTS = {
     "commands": np.zeros((5, 2)),
     "poses": np.zeros((5, 3)),
     "status": np.array("found"),
-    "claimed": np.array([1.0, 2.0]),
+    "seen": np.array([1.0, 2.0]),
 }
 
 
@@ -48,8 +48,8 @@ def test_the_same_is_well(folder):
         ({"poses": np.full((5, 3), 0.1)}, "poses believed"),
         ({"commands": np.full((5, 2), 0.5)}, "commands"),
         ({"status": np.array("not found")}, "the search's end"),
-        ({"claimed": np.array([1.0, 3.0])}, "what it claims"),
-        ({"claimed": np.full(2, np.nan)}, "what it claims"),
+        ({"seen": np.array([1.0, 3.0])}, "the object in the last picture"),
+        ({"seen": np.full(2, np.nan)}, "the object in the last picture"),
     ],
 )
 def test_a_difference_is_told(folder, changed, subject):
@@ -57,9 +57,8 @@ def test_a_difference_is_told(folder, changed, subject):
     assert not found.pop(subject) and all(found.values())
 
 
-def test_nothing_claimed_on_either_side_is_the_same(folder):
-    np.savez(folder / "here.npz", **(RESULTS | {"claimed": np.full(2, np.nan)}))
-    assert verdicts(folder, claimed=np.full(2, np.nan))["what it claims"]
+def test_a_search_that_the_recording_cuts_off_is_no_other_end(folder):
+    assert verdicts(folder, status=np.array("under way"))["the search's end"]
 
 
 def test_the_exit_code(folder, monkeypatch, capsys):
